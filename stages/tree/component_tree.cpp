@@ -1,0 +1,264 @@
+#include "stages/tree/component_tree.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "stages/common/adjacency.hpp"
+#include "stages/common/parallel.hpp"
+#include "stages/tree/level_bitmap.hpp"
+
+namespace meshmser {
+namespace {
+
+/// A node whose triangles are still being met.
+struct OpenNode {
+  std::int32_t level;
+  std::int32_t first_node;   ///< of its subtree
+  std::int32_t first_taken;  ///< place in the queue array of its first triangle
+};
+
+constexpr std::int32_t kAdjacencyAhead = 8;
+constexpr std::int32_t kLevelsAhead = 4;
+
+/// Floods the mesh from its highest levels downward. Triangles wait in one first-in-first-out segment a level, all in
+/// one array; the segments' places follow from the histogram of levels, since every triangle is put exactly once. The
+/// part of a segment taken while a node is open is exactly the node's own triangles, so that ids can be given when it
+/// closes.
+class Flood {
+ public:
+  Flood(std::span<const std::int32_t> twins, std::span<const std::int32_t> levels, std::int32_t num_levels,
+        ComponentTree& tree)
+      : twins_(twins), levels_(levels), waiting_(static_cast<std::size_t>(num_levels) + 1), tree_(tree) {
+    const std::size_t size = static_cast<std::size_t>(num_levels) + 2;
+    head_.assign(size, 0);
+    for (const std::int32_t level : levels) ++head_[static_cast<std::size_t>(level) + 1];
+    // Level 0 is in no node: its triangles never wait, and their segment has no room.
+    std::int32_t sum = 0;
+    head_[1] = 0;
+    for (std::size_t l = 1; l < size; ++l) sum = head_[l] += sum;
+    head_.pop_back();
+    tail_ = head_;
+    queue_.resize(static_cast<std::size_t>(sum));
+    seen_.assign(levels.size() / 64 + 1, 0);
+    for (std::size_t t = 0; t < levels.size(); ++t)
+      if (levels[t] == 0) seen_[t / 64] |= std::uint64_t{1} << (t % 64);
+  }
+
+  void run(const Execution& execution) {
+    for (std::size_t word = 0; word < seen_.size(); ++word) {
+      if (word % 1024 == 0) execution.check();
+      while (seen_[word] != ~std::uint64_t{0}) {
+        const std::size_t t = 64 * word + static_cast<std::size_t>(std::countr_one(seen_[word]));
+        if (t >= levels_.size()) break;
+        flood_from(static_cast<std::int32_t>(t), execution);
+      }
+    }
+  }
+
+ private:
+  void put(std::int32_t triangle, std::int32_t level) {
+    const auto l = static_cast<std::size_t>(level);
+    if (head_[l] == tail_[l]) waiting_.set(l);
+    queue_[static_cast<std::size_t>(tail_[l]++)] = triangle;
+  }
+
+  bool mark(std::int32_t triangle) {
+    std::uint64_t& word = seen_[static_cast<std::size_t>(triangle) / 64];
+    const std::uint64_t bit = std::uint64_t{1} << (static_cast<std::size_t>(triangle) % 64);
+    if (word & bit) return false;
+    word |= bit;
+    return true;
+  }
+
+  void open(std::int32_t level, std::int32_t first_node) {
+    open_.push_back({level, first_node, head_[static_cast<std::size_t>(level)]});
+  }
+
+  /// Gives the top node its id, its triangles and its children; returns the first node of its subtree.
+  std::int32_t close() {
+    const OpenNode node = open_.back();
+    open_.pop_back();
+    const auto id = static_cast<std::int32_t>(tree_.hi_of_node.size());
+    tree_.hi_of_node.push_back(node.level);
+    tree_.first_node_of_subtree.push_back(node.first_node);
+    tree_.parent_of_node.push_back(-1);
+    // In postorder the children of `id` are the last nodes of the intervals that fill its own.
+    for (std::int32_t child = id - 1; child >= node.first_node;
+         child = tree_.first_node_of_subtree[static_cast<std::size_t>(child)] - 1)
+      tree_.parent_of_node[static_cast<std::size_t>(child)] = id;
+    const std::int32_t end = head_[static_cast<std::size_t>(node.level)];
+    for (std::int32_t i = node.first_taken; i < end; ++i)
+      tree_.node_of_triangle[static_cast<std::size_t>(queue_[static_cast<std::size_t>(i)])] = id;
+    return node.first_node;
+  }
+
+  void flood_from(std::int32_t start, const Execution& execution) {
+    std::int32_t current = levels_[static_cast<std::size_t>(start)];
+    mark(start);
+    put(start, current);
+    open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
+    while (true) {
+      const auto l = static_cast<std::size_t>(current);
+      if (head_[l] < tail_[l]) {
+        const std::int32_t highest = take(current);
+        if (highest > current) {
+          current = highest;
+          open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
+        }
+        continue;
+      }
+      waiting_.clear(l);
+      execution.check();
+      const std::int32_t below = waiting_.highest_below(current);
+      // Nodes above the next waiting level are complete.
+      std::int32_t first_node = close();
+      while (!open_.empty() && open_.back().level > below) first_node = close();
+      if (below == 0) return;
+      if (open_.empty() || open_.back().level < below) open(below, first_node);
+      current = below;
+    }
+  }
+
+  /// Takes one triangle of the current level and puts its neighbours that were not met before; returns the highest
+  /// level put, or the current one.
+  std::int32_t take(std::int32_t current) {
+    const auto l = static_cast<std::size_t>(current);
+    const std::int32_t place = head_[l]++;
+    if (place + kAdjacencyAhead < tail_[l])
+      __builtin_prefetch(
+          &twins_[3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place + kAdjacencyAhead)])]);
+    if (place + kLevelsAhead < tail_[l]) {
+      const std::size_t h = 3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place + kLevelsAhead)]);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto neighbour = static_cast<std::size_t>(std::max(twins_[h + k], 0)) / 3;
+        __builtin_prefetch(&levels_[neighbour]);
+        __builtin_prefetch(&seen_[neighbour / 64]);
+      }
+    }
+    const std::size_t h = 3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place)]);
+    std::int32_t highest = current;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t twin = twins_[h + k];
+      if (twin < 0) continue;
+      const std::int32_t neighbour = triangle_of_half_edge(twin);
+      if (!mark(neighbour)) continue;
+      const std::int32_t level = levels_[static_cast<std::size_t>(neighbour)];
+      put(neighbour, level);
+      highest = std::max(highest, level);
+    }
+    return highest;
+  }
+
+  std::span<const std::int32_t> twins_, levels_;
+  std::vector<std::int32_t> head_, tail_, queue_;
+  std::vector<std::uint64_t> seen_;
+  LevelBitmap waiting_;
+  std::vector<OpenNode> open_;
+  ComponentTree& tree_;
+};
+
+/// Exact areas of the nodes (SEMANTICS 6): own triangles first, then every node into its parent, children first.
+void sum_areas(std::span<const double> areas, ComponentTree& tree) {
+  const std::size_t n = tree.num_nodes();
+  // Of a root: number of triangles and greatest area in its interval of nodes.
+  std::vector<std::int32_t> count(n, 0);
+  std::vector<double> greatest(n, 0);
+  tree.area_of_node.assign(n, 0);
+  tree.area_exponent_of_node.assign(n, 0);
+  for (std::size_t t = 0; t < areas.size(); ++t) {
+    if (!(areas[t] >= 0) || !std::isfinite(areas[t]))
+      throw StageError("the area of triangle " + std::to_string(t) +
+                       " is not a finite number >= 0; check the coordinates of its corners");
+    const std::int32_t node = tree.node_of_triangle[t];
+    if (node < 0) continue;
+    ++count[static_cast<std::size_t>(node)];
+    double& g = greatest[static_cast<std::size_t>(node)];
+    if (areas[t] > g) g = areas[t];
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t parent = tree.parent_of_node[i];
+    if (parent < 0) continue;
+    count[static_cast<std::size_t>(parent)] += count[i];
+    greatest[static_cast<std::size_t>(parent)] = std::max(greatest[static_cast<std::size_t>(parent)], greatest[i]);
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    const std::int32_t parent = tree.parent_of_node[i];
+    tree.area_exponent_of_node[i] = parent < 0 ? area_exponent(count[i], greatest[i])
+                                               : tree.area_exponent_of_node[static_cast<std::size_t>(parent)];
+  }
+  for (std::size_t t = 0; t < areas.size(); ++t) {
+    const std::int32_t node = tree.node_of_triangle[t];
+    if (node < 0) continue;
+    tree.area_of_node[static_cast<std::size_t>(node)] +=
+        area_in_units(areas[t], tree.area_exponent_of_node[static_cast<std::size_t>(node)]);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t parent = tree.parent_of_node[i];
+    if (parent >= 0) tree.area_of_node[static_cast<std::size_t>(parent)] += tree.area_of_node[i];
+  }
+}
+
+}  // namespace
+
+std::vector<double> triangle_areas(std::span<const Eigen::Vector3d> positions,
+                                   std::span<const std::array<std::int32_t, 3>> triangles, const Execution& execution) {
+  std::vector<double> areas(triangles.size());
+  parallel_chunks(static_cast<std::int64_t>(triangles.size()), 1 << 15, "", execution,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+                      const Eigen::Vector3d& a = positions[static_cast<std::size_t>(triangles[t][0])];
+                      const Eigen::Vector3d& b = positions[static_cast<std::size_t>(triangles[t][1])];
+                      const Eigen::Vector3d& c = positions[static_cast<std::size_t>(triangles[t][2])];
+                      areas[t] = 0.5 * (b - a).cross(c - a).norm();
+                    }
+                  });
+  return areas;
+}
+
+std::int32_t area_exponent(std::int64_t num_triangles, double greatest_area) {
+  if (!(greatest_area > 0)) return 0;
+  int exponent = 0;
+  std::frexp(greatest_area, &exponent);  // greatest_area < 2^exponent
+  const auto count_bits = static_cast<std::int32_t>(std::bit_width(static_cast<std::uint64_t>(num_triangles)));
+  // Rounding may lift the greatest area to 2^exponent itself, never beyond.
+  return 61 - count_bits - exponent;
+}
+
+std::int64_t area_in_units(double area, std::int32_t exponent) {
+  return static_cast<std::int64_t>(std::nearbyint(std::ldexp(area, exponent)));
+}
+
+ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::span<const double> areas,
+                                   std::span<const std::int32_t> level_of_triangle, std::int32_t num_levels,
+                                   const Execution& execution) {
+  const std::size_t n = level_of_triangle.size();
+  if (twins.size() != 3 * n || areas.size() != n)
+    throw StageError("a tree needs one level and one area a triangle and one twin a half-edge: given are " +
+                     std::to_string(n) + " levels, " + std::to_string(areas.size()) + " areas and " +
+                     std::to_string(twins.size()) + " twins");
+  if (n > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / 3)
+    throw StageError("a mesh of " + std::to_string(n) +
+                     " triangles is too large: half-edge ids end at 715827882 triangles; split the mesh");
+  bool in_range = num_levels >= 0;
+  for (const std::int32_t level : level_of_triangle)
+    in_range &= static_cast<std::uint32_t>(level) <= static_cast<std::uint32_t>(num_levels);
+  if (!in_range)
+    throw StageError("a triangle's level is outside 0 .. " + std::to_string(num_levels) + ", the number of levels");
+  ComponentTree tree;
+  tree.node_of_triangle.assign(n, -1);
+  Flood(twins, level_of_triangle, num_levels, tree).run(execution);
+  sum_areas(areas, tree);
+  return tree;
+}
+
+std::vector<std::int32_t> rebuild_levels(const ComponentTree& tree) {
+  std::vector<std::int32_t> levels(tree.node_of_triangle.size(), 0);
+  for (std::size_t t = 0; t < levels.size(); ++t)
+    if (tree.node_of_triangle[t] >= 0) levels[t] = tree.hi_of_node[static_cast<std::size_t>(tree.node_of_triangle[t])];
+  return levels;
+}
+
+}  // namespace meshmser
