@@ -55,7 +55,8 @@ void check_corners(Triangles triangles, std::size_t num_vertices, const Executio
 /// Half-edges that wait for their twin hang in a list at their smaller vertex, linked through the result itself: a
 /// waiting entry holds -2 - (the next waiting one), or -1 at the end. Fast where neighbouring triangles have near ids,
 /// since then the lists are short and in cache. Takes the edges whose smaller vertex is in [first_vertex, last_vertex).
-void pair_through_lists(Triangles triangles, std::int32_t first_vertex, std::int32_t last_vertex,
+/// Gives up and returns false where the lists turn out long (a hub of many triangles in shuffled order).
+bool pair_through_lists(Triangles triangles, std::int32_t first_vertex, std::int32_t last_vertex,
                         std::span<std::int32_t> head_of_vertex, std::span<std::int32_t> twins,
                         const Execution& execution) {
   const std::size_t n = triangles.size();
