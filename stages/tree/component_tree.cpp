@@ -7,6 +7,7 @@
 #include <string>
 
 #include "stages/common/adjacency.hpp"
+#include "stages/common/exact_area.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/tree/level_bitmap.hpp"
 
@@ -216,19 +217,6 @@ std::vector<double> triangle_areas(std::span<const Eigen::Vector3d> positions,
                     }
                   });
   return areas;
-}
-
-std::int32_t area_exponent(std::int64_t num_triangles, double greatest_area) {
-  if (!(greatest_area > 0)) return 0;
-  int exponent = 0;
-  std::frexp(greatest_area, &exponent);  // greatest_area < 2^exponent
-  const auto count_bits = static_cast<std::int32_t>(std::bit_width(static_cast<std::uint64_t>(num_triangles)));
-  // Rounding may lift the greatest area to 2^exponent itself, never beyond.
-  return 61 - count_bits - exponent;
-}
-
-std::int64_t area_in_units(double area, std::int32_t exponent) {
-  return static_cast<std::int64_t>(std::nearbyint(std::ldexp(area, exponent)));
 }
 
 ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::span<const double> areas,

@@ -37,11 +37,4 @@ ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::spa
 /// The level of every triangle as the tree has it ([LST] Theorem 2): hi of its node, 0 for a triangle in no node.
 std::vector<std::int32_t> rebuild_levels(const ComponentTree& tree);
 
-/// The exponent e for a component of `num_triangles` triangles the greatest of which has `greatest_area`: the sum of
-/// all stays below 2^62 units of 2^-e. Independent of order.
-std::int32_t area_exponent(std::int64_t num_triangles, double greatest_area);
-
-/// An area in units of 2^-e, rounded to nearest, ties to even.
-std::int64_t area_in_units(double area, std::int32_t exponent);
-
 }  // namespace meshmser
