@@ -163,7 +163,6 @@ void pair_in_buckets(Triangles triangles, std::int32_t first_vertex, std::int32_
         }
         ++j;
       }
-      while (j < end && entries[j].half_edge == kNone) ++j;
       if (j >= end || entries[j].greater_vertex != greater) continue;
       const std::int32_t other = entries[j].half_edge;
       if (corners[half_edge] == corners[other])

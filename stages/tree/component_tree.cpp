@@ -1,5 +1,7 @@
 #include "stages/tree/component_tree.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -66,14 +68,6 @@ class Flood {
     queue_[static_cast<std::size_t>(tail_[l]++)] = triangle;
   }
 
-  bool mark(std::int32_t triangle) {
-    std::uint64_t& word = seen_[static_cast<std::size_t>(triangle) / 64];
-    const std::uint64_t bit = std::uint64_t{1} << (static_cast<std::size_t>(triangle) % 64);
-    if (word & bit) return false;
-    word |= bit;
-    return true;
-  }
-
   void open(std::int32_t level, std::int32_t first_node) {
     open_.push_back({level, first_node, head_[static_cast<std::size_t>(level)]});
   }
@@ -98,7 +92,7 @@ class Flood {
 
   void flood_from(std::int32_t start, const Execution& execution) {
     std::int32_t current = levels_[static_cast<std::size_t>(start)];
-    mark(start);
+    seen_[static_cast<std::size_t>(start) / 64] |= std::uint64_t{1} << (static_cast<std::size_t>(start) % 64);
     put(start, current);
     open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
     while (true) {
@@ -141,15 +135,28 @@ class Flood {
     }
     const std::size_t h = 3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place)]);
     std::int32_t highest = current;
+    bool again = false;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::int32_t twin = twins_[h + k];
       if (twin < 0) continue;
       const std::int32_t neighbour = triangle_of_half_edge(twin);
-      if (!mark(neighbour)) continue;
+      std::uint64_t& word = seen_[static_cast<std::size_t>(neighbour) / 64];
+      const std::uint64_t bit = std::uint64_t{1} << (static_cast<std::size_t>(neighbour) % 64);
+      if (word & bit) continue;
       const std::int32_t level = levels_[static_cast<std::size_t>(neighbour)];
+      if (level > current) {
+        // Two higher neighbours may be of two components: the second waits until the first is flooded. This happens
+        // only where levels are not the least of corners, since else all but one neighbour share the least corner.
+        if (highest > current) {
+          again = true;
+          continue;
+        }
+        highest = level;
+      }
+      word |= bit;
       put(neighbour, level);
-      highest = std::max(highest, level);
     }
+    if (again) --head_[l];
     return highest;
   }
 

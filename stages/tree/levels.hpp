@@ -29,7 +29,7 @@ struct LevelParameters {
   double low_value = std::numeric_limits<double>::quiet_NaN();  ///< ... or outright, in units of S, where not NaN
   double high_value = std::numeric_limits<double>::quiet_NaN();
   double step = 0;                                          ///< kStep: in units of S
-  std::vector<double> list;                                 ///< kList: in units of S, any order
+  std::vector<double> list{};                               ///< kList: in units of S, any order
   double noise = std::numeric_limits<double>::quiet_NaN();  ///< kNoise: sigma_S, in units of S
   double noise_constant = 4;                                ///< kNoise: c
   double delta_value = 0;  ///< > 0: levels h_i - delta and h_i + delta are inserted as well
