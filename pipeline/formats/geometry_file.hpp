@@ -1,0 +1,27 @@
+#pragma once
+/// Any file a user may give, by its format.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/formats/geometry.hpp"
+#include "pipeline/formats/xyz.hpp"
+
+namespace meshmser {
+
+struct ReadOptions {
+  std::string format = "auto";  ///< one of geometry_formats(), or `auto`: by the first bytes, then by the extension
+  XyzOptions text;              ///< for the formats of one point a line
+};
+
+/// Names accepted by ReadOptions::format, without `auto`.
+std::span<const std::string_view> geometry_formats();
+
+/// Reads a file. One Geometry a scan: PTX may hold several, every other format one.
+/// Throws InputError that names the file and what to do, also when the format is unknown or an option does not fit it.
+std::vector<Geometry> read_geometry_file(const std::filesystem::path& path, const ReadOptions& options = {});
+
+}  // namespace meshmser
