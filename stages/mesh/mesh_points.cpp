@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/execution/error.hpp"
 #include "stages/common/adjacency.hpp"
@@ -27,9 +28,9 @@ void check_input(const PointCloud& cloud, const PointNormals& normals, const Smo
   if (normals.normals.size() != n) differ("normals", normals.normals.size());
   if (normals.component_of_point.size() != n) differ("components of normals", normals.component_of_point.size());
   if (smoothed != nullptr && smoothed->positions.size() != n) differ("smoothed points", smoothed->positions.size());
-  if (!(options.max_edge > 0))
+  if (!(options.max_edge > 0) || !std::isfinite(options.max_edge))
     throw StageError(
-        "mesh: max_edge must be positive, not " + std::to_string(options.max_edge) +
+        "mesh: max_edge must be positive and finite, not " + std::to_string(options.max_edge) +
         (cloud.spacing > 0 ? "" : "; the cloud's spacing is 0, so give max_edge in the unit of the coordinates"));
 }
 
@@ -42,7 +43,10 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
   MeshedPoints result;
   MeshReport& report = result.report;
 
-  std::vector<Triangle> triangles = advancing_front(positions, options.max_edge, execution);
+  std::vector<Triangle> triangles =
+      options.method == MeshMethod::kAdvancingFront
+          ? advancing_front(positions, options.max_edge, execution)
+          : local_delaunay(positions, normals.normals, cloud.spacing, options.max_edge, execution, &report.votes);
   if (smoothed != nullptr) {
     const double bound = options.max_edge * options.max_edge;
     const auto too_long = [&](std::int32_t a, std::int32_t b) {
@@ -52,7 +56,11 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
       return too_long(t[0], t[1]) || too_long(t[1], t[2]) || too_long(t[2], t[0]);
     }));
   }
-  triangles = oriented_manifold(std::move(triangles), &report.repair);
+  if (options.method == MeshMethod::kAdvancingFront)
+    triangles = oriented_manifold(std::move(triangles), &report.repair);
+  if (options.close_loops >= 3)
+    report.loops = close_loops(triangles, positions, normals.normals, smoothed != nullptr ? &cloud.positions : nullptr,
+                               options.max_edge, options.close_loops, execution);
   if (triangles.empty())
     throw StageError("mesh: no triangle among " + std::to_string(cloud.num_points()) + " points has edges of at most " +
                      std::to_string(options.max_edge) +

@@ -8,6 +8,8 @@
 #include "pipeline/artifacts/smoothed_points.hpp"
 #include "pipeline/artifacts/triangle_mesh.hpp"
 #include "pipeline/execution/execution.hpp"
+#include "stages/mesh/close_loops.hpp"
+#include "stages/mesh/local_delaunay.hpp"
 #include "stages/mesh/manifold.hpp"
 #include "stages/mesh/orientation_vote.hpp"
 
@@ -16,14 +18,17 @@ namespace meshmser {
 enum class MeshMethod : std::uint8_t { kLocalDelaunay, kAdvancingFront };
 
 struct MeshOptions {
-  MeshMethod method = MeshMethod::kAdvancingFront;
-  double max_edge = 0;  ///< in coordinate units; no longer edge is made, on smoothed or on raw positions
+  MeshMethod method = MeshMethod::kLocalDelaunay;
+  double max_edge = 0;   ///< in coordinate units; no longer edge is made, on smoothed or on raw positions
+  int close_loops = 12;  ///< loops of at most so many edges are filled where possible; below 3: none
 };
 
 /// What came of the points, for the user and for tests.
 struct MeshReport {
   std::int64_t too_long = 0;  ///< triangles left out because an edge between raw points is longer than max_edge
-  ManifoldRepair repair;
+  ManifoldRepair repair;      ///< of advancing front
+  LocalDelaunayCounts votes;  ///< of local Delaunay
+  LoopCounts loops;
   std::int64_t unused_points = 0;
   std::int64_t split_vertices = 0;
   OrientationReport orientation;

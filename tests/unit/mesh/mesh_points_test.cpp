@@ -184,9 +184,9 @@ TEST_P(MeshPoints, TellsWhatItCannotMesh) {
   for (int i = 0; i < 30; ++i) line.add({1.0 * i, 0, 0}, {0, 0, 1});
   EXPECT_THAT(message(line.finish(), 5), testing::HasSubstr("no triangle among 30 points has edges of at most 5"));
   EXPECT_THAT(message(scattered_plane(10, 0.2), 0.1), testing::HasSubstr("no triangle"));
-  EXPECT_THAT(message(scattered_plane(10, 0.2), 0), testing::HasSubstr("max_edge must be positive"));
+  EXPECT_THAT(message(scattered_plane(10, 0.2), 0), testing::HasSubstr("max_edge must be positive and finite"));
   EXPECT_THAT(message(scattered_plane(10, 0.2), std::numeric_limits<double>::quiet_NaN()),
-              testing::HasSubstr("max_edge must be positive"));
+              testing::HasSubstr("max_edge must be positive and finite"));
   ScatteredShape empty;
   EXPECT_THAT(message(empty.finish(), 5), testing::HasSubstr("no triangle among 0 points"));
   ScatteredShape shorter = scattered_plane(10, 0.2);
@@ -194,9 +194,11 @@ TEST_P(MeshPoints, TellsWhatItCannotMesh) {
   EXPECT_THAT(message(shorter, 5), testing::HasSubstr("99 normals do not belong to 100 points"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, MeshPoints, testing::Values(MeshMethod::kAdvancingFront), [](const auto& param) {
-  return std::string(param.param == MeshMethod::kAdvancingFront ? "AdvancingFront" : "LocalDelaunay");
-});
+INSTANTIATE_TEST_SUITE_P(Methods, MeshPoints, testing::Values(MeshMethod::kAdvancingFront, MeshMethod::kLocalDelaunay),
+                         [](const auto& param) {
+                           return std::string(param.param == MeshMethod::kAdvancingFront ? "AdvancingFront"
+                                                                                         : "LocalDelaunay");
+                         });
 
 // The votes on the sides.
 
