@@ -1,0 +1,26 @@
+#pragma once
+/// Edge-connected patches of triangles that bear the same number (SEMANTICS 9).
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace meshmser {
+
+/// Patches are numbered from 1 by decreasing area, then smallest triangle id; 0 is no patch.
+struct Patches {
+  std::vector<std::int32_t> patch_of_triangle;  ///< #F
+  std::vector<std::int32_t> number_of_patch;    ///< #P + 1: what its triangles bear; [0] is 0
+  std::vector<double> area_of_patch;            ///< #P + 1: in the unit of `areas`; [0] is 0
+
+  std::size_t num_patches() const { return number_of_patch.size() - 1; }
+};
+
+/// Splits the triangles of each number but 0 into edge-connected patches. `twins`: 3 #F twin half-edges, -1 at rims;
+/// `number_of_triangle`: #F, >= 0; `areas`: #F, finite, >= 0. Areas are summed exactly, so that the order depends on
+/// nothing else. O(F), and sorting the patches.
+/// Digne et al. 2010, section 3.2.
+Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::int32_t> number_of_triangle,
+                      std::span<const double> areas);
+
+}  // namespace meshmser

@@ -1,0 +1,103 @@
+#include "stages/mser/persistence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stages/mser/stability.hpp"
+
+namespace meshmser {
+
+std::vector<double> finite_levels(std::span<const double> levels) {
+  std::vector<double> finite(levels.begin(), levels.end());
+  if (finite.empty() || std::isfinite(finite[0])) return finite;
+  // The others are laid at equal steps from the low end, which is one step below the first of them.
+  if (finite.size() == 1)
+    finite[0] = 0;
+  else
+    finite[0] = finite.size() == 2 ? finite[1] : 2 * finite[1] - finite[2];
+  return finite;
+}
+
+Maxima find_maxima(const ComponentTree& tree) {
+  const std::size_t num_nodes = tree.num_nodes();
+  const std::vector<double> levels = finite_levels(tree.levels);
+  const std::vector<std::int32_t> smallest = smallest_triangle_of_nodes(tree);
+  const auto height = [&](std::size_t node) { return levels[static_cast<std::size_t>(tree.hi_of_node[node]) - 1]; };
+
+  Maxima maxima;
+  maxima.highest_of_node.assign(num_nodes, -1);
+  maxima.top_of_leaf.assign(num_nodes, -1);
+  maxima.persistence_of_leaf.assign(num_nodes, 0);
+  const auto ends_below = [&](std::int32_t leaf, std::int32_t top, double persistence) {
+    maxima.top_of_leaf[static_cast<std::size_t>(leaf)] = top;
+    maxima.persistence_of_leaf[static_cast<std::size_t>(leaf)] = persistence;
+  };
+  // The child through which each node got its highest maximum so far.
+  std::vector<std::int32_t> through_child(num_nodes, -1);
+  for (std::size_t n = 0; n < num_nodes; ++n) {
+    std::int32_t& leaf = maxima.highest_of_node[n];
+    if (leaf < 0) leaf = static_cast<std::int32_t>(n);
+    if (tree.parent_of_node[n] < 0) {
+      ends_below(leaf, static_cast<std::int32_t>(n), levels.back() - levels.front());
+      continue;
+    }
+    const auto parent = static_cast<std::size_t>(tree.parent_of_node[n]);
+    std::int32_t& rival = maxima.highest_of_node[parent];
+    if (rival < 0) {
+      rival = leaf;
+      through_child[parent] = static_cast<std::int32_t>(n);
+      continue;
+    }
+    const auto l = static_cast<std::size_t>(leaf), r = static_cast<std::size_t>(rival);
+    const bool higher =
+        tree.hi_of_node[l] != tree.hi_of_node[r] ? tree.hi_of_node[l] > tree.hi_of_node[r] : smallest[l] < smallest[r];
+    if (higher) {
+      ends_below(rival, through_child[parent], height(r) - height(parent));
+      rival = leaf;
+      through_child[parent] = static_cast<std::int32_t>(n);
+    } else {
+      ends_below(leaf, static_cast<std::int32_t>(n), height(l) - height(parent));
+    }
+  }
+  return maxima;
+}
+
+std::vector<std::int32_t> select_persistence(const ComponentTree& tree, const Maxima& maxima,
+                                             const Significance& significance) {
+  // Significant maxima in each node, counted up to two.
+  std::vector<std::uint8_t> count(tree.num_nodes(), 0);
+  for (std::size_t n = 0; n < tree.num_nodes(); ++n) {
+    if (maxima.top_of_leaf[n] >= 0 && maxima.persistence_of_leaf[n] > significance.min_persistence &&
+        area_of_node(tree, maxima.top_of_leaf[n]) >= significance.min_area)
+      count[n] = 1;
+    if (tree.parent_of_node[n] >= 0) {
+      std::uint8_t& sum = count[static_cast<std::size_t>(tree.parent_of_node[n])];
+      sum = static_cast<std::uint8_t>(std::min(2, sum + count[n]));
+    }
+  }
+  std::vector<std::int32_t> selected;
+  for (std::size_t n = 0; n < tree.num_nodes(); ++n)
+    if (count[n] == 1 && tree.parent_of_node[n] >= 0 && count[static_cast<std::size_t>(tree.parent_of_node[n])] == 2)
+      selected.push_back(static_cast<std::int32_t>(n));
+  return selected;
+}
+
+std::vector<std::int32_t> select_stable_branch(const ComponentTree& tree, const Maxima& maxima,
+                                               std::span<const std::int64_t> changes,
+                                               const Significance& significance) {
+  std::vector<std::int32_t> selected = select_persistence(tree, maxima, significance);
+  for (std::int32_t& choice : selected) {
+    const std::int32_t end = choice;
+    std::int32_t node = maxima.highest_of_node[static_cast<std::size_t>(end)];
+    choice = node;
+    while (node != end) {
+      node = tree.parent_of_node[static_cast<std::size_t>(node)];
+      const auto n = static_cast<std::size_t>(node), c = static_cast<std::size_t>(choice);
+      if (compare_stability(changes[n], tree.area_of_node[n], changes[c], tree.area_of_node[c]) <= 0) choice = node;
+    }
+  }
+  std::sort(selected.begin(), selected.end());
+  return selected;
+}
+
+}  // namespace meshmser

@@ -1,0 +1,35 @@
+#pragma once
+/// How much a node of a component tree changes over the levels around it (SEMANTICS 7), exactly.
+
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pipeline/artifacts/level_set_trees.hpp"
+
+namespace meshmser {
+
+/// The numerator Up(N) - Down(N) of q for each node, in the area unit of its tree component. `delta` >= 1 level steps.
+/// Throws StageError for a smaller delta. O(N log delta), O(N) memory.
+/// Digne et al. 2010, algorithm 1, line 5, taken at the middle m of the levels over which the node lasts; the area that
+/// is left delta levels further up is the sum over all descendants there.
+std::vector<std::int64_t> change_of_nodes(const ComponentTree& tree, std::int32_t delta);
+
+/// Compares change_a / area_a with change_b / area_b without rounding; an area of 0 stands for infinity.
+std::strong_ordering compare_stability(std::int64_t change_a, std::int64_t area_a, std::int64_t change_b,
+                                       std::int64_t area_b);
+
+/// q of a node, rounded to double: 0 is perfectly stable, infinite for an area of 0.
+double stability_of_node(const ComponentTree& tree, std::span<const std::int64_t> changes, std::int32_t node);
+
+/// Compares areas a 2^-exponent_a and b 2^-exponent_b, both >= 0, without rounding.
+std::strong_ordering compare_area(std::int64_t a, std::int32_t exponent_a, std::int64_t b, std::int32_t exponent_b);
+
+/// The smallest id among the triangles of each node, descendants included. O(N + F).
+std::vector<std::int32_t> smallest_triangle_of_nodes(const ComponentTree& tree);
+
+/// Area of a node in coordinate units squared.
+double area_of_node(const ComponentTree& tree, std::int32_t node);
+
+}  // namespace meshmser

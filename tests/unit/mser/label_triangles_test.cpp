@@ -1,0 +1,51 @@
+#include "stages/mser/label_triangles.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stages/mser/patches.hpp"
+#include "tests/unit/mser/hand_made_tree.hpp"
+
+namespace meshmser {
+namespace {
+
+using ::testing::ElementsAre;
+
+TEST(OrderRegions, ByAreaThenSmallestTriangleThenTree) {
+  // Nodes 0 and 1 are of equal area; the second tree is the same with its triangles the other way round.
+  std::vector<ComponentTree> trees(2, make_tree({{2, 3, 4}, {2, 3, 4}, {-1, 1, 9}}, 3));
+  trees[1].node_of_triangle = {1, 0, 2};
+  const std::vector<std::vector<std::int32_t>> selected = {{0, 1}, {0, 1, 2}};
+  EXPECT_THAT(order_regions(trees, selected), ElementsAre(SelectedNode{1, 2}, SelectedNode{0, 0}, SelectedNode{1, 1},
+                                                          SelectedNode{0, 1}, SelectedNode{1, 0}));
+}
+
+TEST(LabelTriangles, GivesTheSmallestRegionAcrossTrees) {
+  const std::vector<ComponentTree> trees = {make_tree({{1, 3, 1}, {2, 2, 5}, {-1, 1, 9}}, 3),
+                                            make_tree({{1, 3, 2}, {2, 2, 4}, {-1, 1, 9}}, 3)};
+  const std::vector<std::vector<std::int32_t>> selected = {{0, 1}, {0, 1}};
+  const std::vector<SelectedNode> regions = order_regions(trees, selected);
+  // Both trees have a region of area 6 with triangles 0 and 1; the upper one bears the number 1 and wins the tie.
+  ASSERT_THAT(regions, ElementsAre(SelectedNode{0, 1}, SelectedNode{1, 1}, SelectedNode{1, 0}, SelectedNode{0, 0}));
+  EXPECT_THAT(label_triangles(trees, regions), ElementsAre(4, 1, 0));
+  EXPECT_THAT(parent_regions(trees, regions), ElementsAre(-1, -1, 2, 1));
+}
+
+TEST(SplitPatches, NumbersPartsByAreaThenSmallestTriangle) {
+  // A strip of five triangles, each joined to the next; the middle one is another region.
+  std::vector<std::int32_t> twins(15, -1);
+  for (std::int32_t t = 0; t + 1 < 5; ++t) {
+    twins[static_cast<std::size_t>(3 * t + 1)] = 3 * (t + 1);
+    twins[static_cast<std::size_t>(3 * (t + 1))] = 3 * t + 1;
+  }
+  const std::vector<std::int32_t> number = {7, 7, 2, 7, 0};
+  const Patches equal = split_patches(twins, number, std::vector<double>{1, 1, 2, 2, 9});
+  EXPECT_THAT(equal.patch_of_triangle, ElementsAre(1, 1, 2, 3, 0));
+  EXPECT_THAT(equal.number_of_patch, ElementsAre(0, 7, 2, 7));
+  EXPECT_THAT(equal.area_of_patch, ElementsAre(0, 2, 2, 2));
+  const Patches differing = split_patches(twins, number, std::vector<double>{1, 1, 3, 1e-300, 9});
+  EXPECT_THAT(differing.patch_of_triangle, ElementsAre(2, 2, 1, 3, 0));
+}
+
+}  // namespace
+}  // namespace meshmser
