@@ -10,15 +10,9 @@
 #include "pipeline/artifacts/border_set.hpp"
 #include "pipeline/artifacts/level_set_trees.hpp"
 #include "pipeline/execution/execution.hpp"
+#include "stages/common/surface.hpp"
 
 namespace meshmser {
-
-/// The mesh as border extraction sees it.
-struct SurfaceView {
-  std::span<const Eigen::Vector3d> positions;              ///< #V
-  std::span<const std::array<std::int32_t, 3>> triangles;  ///< #F
-  std::span<const std::int32_t> twins;                     ///< 3 #F: twin_half_edges, after cut_out_triangles
-};
 
 /// The border loops of nodes of a component tree.
 ///

@@ -1,7 +1,5 @@
 #include "stages/tree/component_tree.hpp"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -210,21 +208,6 @@ void sum_areas(std::span<const double> areas, ComponentTree& tree) {
 }
 
 }  // namespace
-
-std::vector<double> triangle_areas(std::span<const Eigen::Vector3d> positions,
-                                   std::span<const std::array<std::int32_t, 3>> triangles, const Execution& execution) {
-  std::vector<double> areas(triangles.size());
-  parallel_chunks(static_cast<std::int64_t>(triangles.size()), 1 << 15, "", execution,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-                      const Eigen::Vector3d& a = positions[static_cast<std::size_t>(triangles[t][0])];
-                      const Eigen::Vector3d& b = positions[static_cast<std::size_t>(triangles[t][1])];
-                      const Eigen::Vector3d& c = positions[static_cast<std::size_t>(triangles[t][2])];
-                      areas[t] = 0.5 * (b - a).cross(c - a).norm();
-                    }
-                  });
-  return areas;
-}
 
 ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::span<const double> areas,
                                    std::span<const std::int32_t> level_of_triangle, std::int32_t num_levels,

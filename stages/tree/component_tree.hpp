@@ -1,21 +1,15 @@
 #pragma once
 /// The component tree of a mesh's triangles (SEMANTICS 6), on plain arrays.
 
-#include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "pipeline/artifacts/level_set_trees.hpp"
 #include "pipeline/execution/execution.hpp"
+#include "stages/common/surface.hpp"
 
 namespace meshmser {
-
-/// Area of every triangle, in coordinate units squared: half the length of the cross product of two edges.
-std::vector<double> triangle_areas(std::span<const Eigen::Vector3d> positions,
-                                   std::span<const std::array<std::int32_t, 3>> triangles,
-                                   const Execution& execution = {});
 
 /// The tree of the connected components of {t : level(t) >= k}, k = 1 .. num_levels.
 ///
