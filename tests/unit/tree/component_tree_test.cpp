@@ -10,6 +10,7 @@
 #include <string>
 
 #include "stages/common/adjacency.hpp"
+#include "stages/common/exact_area.hpp"
 #include "stages/tree/levels.hpp"
 #include "tests/support/random_mesh.hpp"
 
