@@ -16,7 +16,7 @@ struct Execution {
   int threads = 0;                                ///< 0: every core
   const std::atomic<bool>* cancelled = nullptr;   ///< set by another thread or a signal handler
   /// Called now and then from any thread: what is done, `done` of `total` (0: unknown) elements.
-  std::function<void(std::string_view what, std::int64_t done, std::int64_t total)> progress;
+  std::function<void(std::string_view what, std::int64_t done, std::int64_t total)> progress = {};
 
   /// Throws Cancelled when the user asked to stop. Cheap: call it every few thousand elements.
   void check() const {

@@ -1,0 +1,96 @@
+#include "stages/curvature/scale_space.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "stages/common/cell_grid.hpp"
+#include "stages/curvature/plane_moments.hpp"
+
+namespace meshmser {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Cells of half a radius: half of what is gathered lies within the ball, and two to five points share a gathering.
+constexpr int kReach = 2;
+
+}  // namespace
+
+ScaleSpace scale_space(std::span<const Eigen::Vector3d> points, std::span<const Eigen::Vector3d> normals,
+                       const ScaleSpaceParameters& parameters, const Execution& execution) {
+  const double radius = parameters.radius;
+  if (!(radius > 0) || !std::isfinite(radius))
+    throw StageError("the radius of the regression must be positive; it is " + std::to_string(radius) +
+                     " (a cloud of fewer than 17 points has no spacing: give the radius in units)");
+  const std::size_t n = points.size();
+  ScaleSpace result;
+  result.positions.assign(points.begin(), points.end());
+  result.normals.assign(normals.begin(), normals.end());
+  result.mean_curvature.assign(n, kNaN);
+  std::vector<double> residuals(n, kNaN);
+  std::vector<std::uint8_t> had_plane(n, 0);
+  std::vector<Eigen::Vector3d> next(n);
+
+  for (int step = 0; step < parameters.steps; ++step) {
+    const CellGrid grid(result.positions, radius / kReach);
+    const bool last = step + 1 == parameters.steps;
+    for_each_cell(grid, kReach, "scale space", execution, [&](const CellBlock& block) {
+      thread_local BlockNormals block_normals;
+      thread_local std::vector<PlaneMoments> moments;
+      if (block_normals.gather(block, normals))
+        plane_moments(block, block_normals, radius, moments);
+      else
+        plane_moments(block, radius, moments);
+      for (std::int64_t own = block.own_begin; own < block.own_end; ++own) {
+        const auto id = static_cast<std::size_t>(block.ids[static_cast<std::size_t>(own)]);
+        const PlaneMoments& sums = moments[static_cast<std::size_t>(own - block.own_begin)];
+        next[id] = result.positions[id];
+        const LeastEigen plane = sums.count >= 3 ? least_eigen(sums.covariance()) : LeastEigen{};
+        if (!plane.is_plane()) {
+          if (last) result.normals[id].setZero();
+          continue;
+        }
+        had_plane[id] = 1;
+        if (step == 0) residuals[id] = std::max(0.0, plane.value);
+        // The sign is handed on from step to step: the raw normal may be far from that of a much smoother surface.
+        const bool oriented = normals[id] != Eigen::Vector3d::Zero();
+        const Eigen::Vector3d outward = plane.vector.dot(result.normals[id]) < 0 ? -plane.vector : plane.vector;
+        const double displacement = sums.centroid().dot(outward);
+        next[id] += displacement * outward;
+        if (oriented) result.normals[id] = outward;
+        if (last && oriented) result.mean_curvature[id] = -4 * displacement / (radius * radius);
+      }
+    });
+    result.positions.swap(next);
+  }
+  result.num_isolated = std::count(had_plane.begin(), had_plane.end(), std::uint8_t{0});
+
+  std::erase_if(residuals, [](double value) { return std::isnan(value); });
+  if (!residuals.empty()) {
+    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::nth_element(residuals.begin(), middle, residuals.end());
+    result.noise = std::sqrt(*middle);
+  }
+  return result;
+}
+
+double mean_curvature_noise(double noise, double spacing, const ScaleSpaceParameters& parameters) {
+  if (!(spacing > 0)) return 0;
+  const double radius = parameters.radius;
+  const double floor = 0.0003 / spacing;
+  if (parameters.steps <= 1) return std::max(floor, 4 * noise / (radius * radius));
+  struct Measured {
+    double steps, constant;
+  };
+  static constexpr std::array<Measured, 5> kMeasured{{{2, 1.25}, {3, 0.40}, {4, 0.237}, {6, 0.122}, {8, 0.077}}};
+  std::size_t upper = 1;
+  while (upper + 1 < kMeasured.size() && parameters.steps > kMeasured[upper].steps) ++upper;
+  const auto &a = kMeasured[upper - 1], &b = kMeasured[upper];
+  const double t = std::log(parameters.steps / a.steps) / std::log(b.steps / a.steps);
+  const double constant = std::exp(std::log(a.constant) + t * (std::log(b.constant) - std::log(a.constant)));
+  return std::max(floor, constant * noise * spacing / (radius * radius * radius));
+}
+
+}  // namespace meshmser
