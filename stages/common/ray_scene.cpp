@@ -62,7 +62,7 @@ RayScene::RayScene(std::span<const Eigen::Vector3d> positions, std::span<const s
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(handles_->scene, geometry);
   rtcReleaseGeometry(geometry);
-  // Joining from an arena of one thread, and not `threads=1`, which would limit TBB for the whole program.
+  // Built by one thread: the order of triangles in the hierarchy decides which of two is met on their common edge.
   tbb::task_arena one_thread(1);
   one_thread.execute([&] { rtcJoinCommitScene(handles_->scene); });
   if (rtcGetDeviceError(handles_->device) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
