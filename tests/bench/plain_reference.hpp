@@ -1,0 +1,27 @@
+#pragma once
+/// What one would write in an afternoon: honest, in vectors, no tricks. The yardstick of the benchmarks.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace meshmser::bench {
+
+/// Twin half-edges by std::map from an edge's two vertices.
+std::vector<std::int32_t> plain_twins(std::span<const std::array<std::int32_t, 3>> triangles);
+
+/// A component tree over triangles: one triangle of each node stands for it.
+struct PlainTree {
+  std::vector<std::int32_t>
+      parent;                ///< #F: of a node's triangle its parent's; of others their own node's; a root's own
+  std::vector<double> area;  ///< #F: of the node, where the triangle stands for one
+  std::int64_t num_nodes = 0;
+};
+
+/// The component tree by std::sort of the triangles by value and textbook union-find with rank and path compression,
+/// then canonisation (Najman and Couprie 2006, Berger et al. 2007). `Value`: levels, or the scalar itself.
+template <class Value>
+PlainTree plain_tree(std::span<const std::int32_t> twins, std::span<const double> areas, std::span<const Value> values);
+
+}  // namespace meshmser::bench
