@@ -46,7 +46,7 @@ int text_width(std::string_view text, int size) {
 void draw_text(Image& image, int x, int y, std::string_view text, int size, const Colour& colour) {
   for (char character : text) {
     const auto& glyph = glyph_of_character(character);
-    for (int row = 0; row < 7; ++row)
+    for (int row = 0; row < 9; ++row)
       for (int column = 0; column < 5; ++column)
         if (glyph[static_cast<std::size_t>(row)] >> (4 - column) & 1)
           image.fill_rectangle(x + column * size, y + row * size, size, size, colour);

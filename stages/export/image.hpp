@@ -26,10 +26,10 @@ struct Image {
   void paste(const Image& other, int x, int y);
 };
 
-/// Pixels that `text` takes in width at a whole magnification `size` of the 5 x 7 font.
+/// Pixels that `text` takes in width at a whole magnification `size` of the font, six pixels a character.
 int text_width(std::string_view text, int size);
 
-/// Draws one line of ASCII text, its upper left corner at (x, y), 7 * size pixels high.
+/// Draws one line of ASCII text, its upper left corner at (x, y), 7 * size pixels high without descenders.
 void draw_text(Image& image, int x, int y, std::string_view text, int size, const Colour& colour);
 
 /// Writes an 8-bit RGB PNG. The same image gives the same bytes. Throws CacheError when the file cannot be written.
