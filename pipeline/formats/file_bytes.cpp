@@ -136,7 +136,7 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t kShown = 40;
   std::string result = "'";
   for (const char c : text.substr(0, kShown)) {

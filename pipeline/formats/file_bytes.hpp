@@ -78,7 +78,7 @@ inline const char* skip_blanks(const char* first, const char* last) {
 /// Takes the next word, up to a blank, off the front of `line`; empty at its end.
 std::string_view take_word(std::string_view& line);
 /// For messages: the text in quotes, shortened, with unprintable bytes as \xNN.
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 std::string lower_case(std::string_view text);
 
 }  // namespace meshmser

@@ -91,7 +91,7 @@ ValueType type_or_fail(const FileBytes& file, const char* at, std::string_view n
   if (!type)
     file.fail_at(
         at, fmt::format("unknown PLY type {}; expected one of char, uchar, short, ushort, int, uint, float, double",
-                        quoted(name)));
+                        in_quotes(name)));
   return *type;
 }
 
@@ -155,7 +155,7 @@ PlyElement parse_element(const FileBytes& file, std::string_view line) {
   const std::string_view count = take_word(line);
   const char* stop = parse_integer(count.data(), count.data() + count.size(), element.count);
   if (element.name.empty() || count.empty() || stop != count.data() + count.size() || element.count < 0)
-    file.fail_at(at, fmt::format("expected 'element NAME COUNT' with a whole number, found {}", quoted(count)));
+    file.fail_at(at, fmt::format("expected 'element NAME COUNT' with a whole number, found {}", in_quotes(count)));
   return element;
 }
 
@@ -164,7 +164,7 @@ Header parse_header(const FileBytes& file) {
   std::string_view line;
   lines.next(line);
   if (line != "ply")
-    file.fail_at(file.begin(), fmt::format("does not begin with 'ply' but {}; is it a PLY file?", quoted(line)));
+    file.fail_at(file.begin(), fmt::format("does not begin with 'ply' but {}; is it a PLY file?", in_quotes(line)));
   Header header;
   bool has_format = false, ended = false;
   while (!ended && lines.next(line)) {
@@ -182,10 +182,10 @@ Header parse_header(const FileBytes& file) {
       } else {
         file.fail_at(at,
                      fmt::format("unknown PLY encoding {}; expected ascii, binary_little_endian or binary_big_endian",
-                                 quoted(encoding)));
+                                 in_quotes(encoding)));
       }
       if (const std::string_view version = take_word(line); version != "1.0")
-        file.fail_at(at, fmt::format("PLY version {}; only 1.0 is known", quoted(version)));
+        file.fail_at(at, fmt::format("PLY version {}; only 1.0 is known", in_quotes(version)));
       has_format = true;
     } else if (word == "element") {
       header.elements.push_back(parse_element(file, line));
@@ -204,7 +204,7 @@ Header parse_header(const FileBytes& file) {
     } else {
       file.fail_at(
           at, fmt::format("unknown header line {}; expected format, comment, obj_info, element, property or end_header",
-                          quoted(word)));
+                          in_quotes(word)));
     }
   }
   if (!ended) file.fail("the header has no 'end_header'; the file is cut short or not a PLY file");
@@ -294,14 +294,14 @@ double take_number(const FileBytes& file, const PlyElement& element, std::string
   const char* last = line.data() + line.size();
   if (first == last)
     file.fail_at(whole.data(), fmt::format("too few values for element '{}': {}; expected {} properties", element.name,
-                                           quoted(whole), element.properties.size()));
+                                           in_quotes(whole), element.properties.size()));
   double value = 0;
   const char* stop = parse_number(first, last, value);
   if (stop == nullptr || (stop != last && !is_blank(*stop))) {
     std::string_view rest(first, static_cast<std::size_t>(last - first));
     file.fail_at(whole.data(),
                  fmt::format("{} is not a number; expected the properties of element '{}', separated by blanks",
-                             quoted(take_word(rest)), element.name));
+                             in_quotes(take_word(rest)), element.name));
   }
   line = {stop, static_cast<std::size_t>(last - stop)};
   return value;
@@ -341,7 +341,7 @@ const char* read_ascii_element(const FileBytes& file, const PlyElement& element,
     }
     if (skip_blanks(line.data(), line.data() + line.size()) != line.data() + line.size())
       file.fail_at(whole.data(), fmt::format("too many values for element '{}': {}; expected {} properties",
-                                             element.name, quoted(whole), element.properties.size()));
+                                             element.name, in_quotes(whole), element.properties.size()));
   }
   return lines.position();
 }

@@ -22,6 +22,10 @@ struct Layout {
   std::vector<std::size_t> property_columns;
 };
 
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
 bool is_comment(std::string_view line) {
   return line.starts_with('#') || line.starts_with("//") || line.starts_with('%') || line.starts_with('!');
 }
@@ -110,7 +114,7 @@ class Reader {
       read_line(line);
     }
     finish_block(file_.end());
-    if (geometry_.positions.empty()) file_.fail("holds no points; expected lines of numbers 'x y z'");
+    if (geometry_.positions.empty()) fail_without_points();
     geometry_.name = file_.name();
     return std::move(geometry_);
   }
@@ -155,25 +159,33 @@ class Reader {
         choose_columns(line, separator, words.size(), header, comment);
         return start;
       }
-      if (num_numbers == 0 && !header) {
+      if (num_numbers == 0 && !header && std::any_of(line.begin(), line.end(), is_letter)) {
         header = header_names(words);
         continue;
       }
       if (!options_.skip_bad_lines) fail_as_first(line, words);
       ++geometry_.num_skipped_lines;
     }
-    file_.fail("holds no points; expected lines of numbers 'x y z'");
+    fail_without_points();
+  }
+
+  [[noreturn]] void fail_without_points() const {
+    file_.fail(geometry_.num_skipped_lines == 0
+                   ? std::string("holds no points; expected lines of numbers 'x y z'")
+                   : fmt::format("holds no points: {} bad lines were skipped; expected lines of numbers 'x y z'",
+                                 geometry_.num_skipped_lines));
   }
 
   [[noreturn]] void fail_as_first(std::string_view line, const std::vector<std::string_view>& words) const {
     for (const std::string_view word : words)
       if (!is_number(word)) {
-        const bool comma = word.find(',') != std::string_view::npos && !options_.decimal_comma;
-        fail(line, fmt::format("{} is not a number; {}", quoted(word),
+        const bool comma = line.find(',') != std::string_view::npos && !options_.decimal_comma &&
+                           word.find_first_of("0123456789") != std::string_view::npos;
+        fail(line, fmt::format("{} is not a number; {}", in_quotes(word),
                                comma ? "if numbers have a decimal comma, set 'decimal_comma: true'"
                                      : "expected 'x y z' and further columns of numbers, or 'skip_bad_lines: true'"));
       }
-    fail(line, fmt::format("{} has {} column{}; expected at least x, y and z", quoted(line), words.size(),
+    fail(line, fmt::format("{} has {} column{}; expected at least x, y and z", in_quotes(line), words.size(),
                            words.size() == 1 ? "" : "s"));
   }
 
@@ -196,7 +208,7 @@ class Reader {
         fail(line, fmt::format("the header names the columns {}, without x, y and z; say which they are with 'columns'",
                                fmt::join(*header, " ")));
       if (num_columns < 3)
-        fail(line, fmt::format("{} has {} columns; expected at least x, y and z{}", quoted(line), num_columns,
+        fail(line, fmt::format("{} has {} columns; expected at least x, y and z{}", in_quotes(line), num_columns,
                                comma_hint(line)));
       layout_.columns = default_names(num_columns, is_pts_);
     }
@@ -306,12 +318,12 @@ class Reader {
     const std::vector<std::string_view> words = split(line, layout_.separator);
     if (words.size() != row_.size())
       fail(line, fmt::format("{} has {} column{}; the lines before have {}; mend it, or set 'skip_bad_lines: true'{}",
-                             quoted(line), words.size(), words.size() == 1 ? "" : "s", row_.size(),
+                             in_quotes(line), words.size(), words.size() == 1 ? "" : "s", row_.size(),
                              comma_hint_if_blank(line)));
     for (const std::string_view word : words)
       if (!is_number(word))
-        fail(line, fmt::format("{} is not a number; mend the line, or set 'skip_bad_lines: true'", quoted(word)));
-    fail(line, fmt::format("{} is not a point; expected {} numbers", quoted(line), row_.size()));
+        fail(line, fmt::format("{} is not a number; mend the line, or set 'skip_bad_lines: true'", in_quotes(word)));
+    fail(line, fmt::format("{} is not a point; expected {} numbers", in_quotes(line), row_.size()));
   }
 
   std::string comma_hint_if_blank(std::string_view line) const {
