@@ -1,0 +1,220 @@
+#include "stages/mser/describe_regions.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stages/mser/filters.hpp"
+#include "stages/mser/stability.hpp"
+
+namespace meshmser {
+namespace {
+
+/// Sums over triangles.
+struct Sums {
+  std::int64_t num_triangles = 0;
+  double area = 0, first = 0, second = 0;  ///< integrals of 1, S, S^2
+  double least = std::numeric_limits<double>::infinity(), greatest = -std::numeric_limits<double>::infinity();
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+
+  void add(const Sums& other) {
+    num_triangles += other.num_triangles;
+    area += other.area;
+    first += other.first;
+    second += other.second;
+    least = std::min(least, other.least);
+    greatest = std::max(greatest, other.greatest);
+    centroid += other.centroid;
+    normal += other.normal;
+  }
+};
+
+/// The place in `selected` of the smallest selected node at or above each node; -1: none.
+std::vector<std::int32_t> selected_of_nodes(const ComponentTree& tree, std::span<const std::int32_t> selected) {
+  std::vector<std::int32_t> place(tree.num_nodes(), -1);
+  for (std::size_t i = 0; i < selected.size(); ++i)
+    place[static_cast<std::size_t>(selected[i])] = static_cast<std::int32_t>(i);
+  for (std::size_t n = tree.num_nodes(); n-- > 0;)
+    if (place[n] < 0 && tree.parent_of_node[n] >= 0) place[n] = place[static_cast<std::size_t>(tree.parent_of_node[n])];
+  return place;
+}
+
+Sums sums_of_triangle(const SurfaceView& surface, std::span<const double> values, double area, std::size_t t) {
+  Sums sums;
+  Eigen::Vector3d corners[3];
+  double s[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto v = static_cast<std::size_t>(surface.triangles[t][k]);
+    corners[k] = surface.positions[v];
+    s[k] = values[v];
+  }
+  const double total = s[0] + s[1] + s[2];
+  sums.num_triangles = 1;
+  sums.area = area;
+  sums.first = area * total / 3;
+  // The integral of the square of a linear function over a triangle.
+  sums.second = area * (total * total + s[0] * s[0] + s[1] * s[1] + s[2] * s[2]) / 12;
+  sums.least = std::min({s[0], s[1], s[2]});
+  sums.greatest = std::max({s[0], s[1], s[2]});
+  sums.centroid = area / 3 * (corners[0] + corners[1] + corners[2]);
+  sums.normal = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  return sums;
+}
+
+/// The sums over each selected node of a tree, descendants included, by place in `selected`.
+std::vector<Sums> sums_of_selected(const SurfaceView& surface, const ComponentTree& tree,
+                                   std::span<const std::int32_t> selected, std::span<const double> values,
+                                   std::span<const double> areas) {
+  std::vector<Sums> sums(selected.size());
+  const std::vector<std::int32_t> place = selected_of_nodes(tree, selected);
+  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t) {
+    if (tree.node_of_triangle[t] < 0) continue;
+    const std::int32_t at = place[static_cast<std::size_t>(tree.node_of_triangle[t])];
+    if (at >= 0) sums[static_cast<std::size_t>(at)].add(sums_of_triangle(surface, values, areas[t], t));
+  }
+  const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
+  for (std::size_t i = 0; i < selected.size(); ++i)
+    if (ancestor[i] >= 0) sums[static_cast<std::size_t>(ancestor[i])].add(sums[i]);
+  return sums;
+}
+
+}  // namespace
+
+std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const ComponentTree> trees,
+                                     std::span<const TreeSelection> selections, std::span<const SelectedNode> regions,
+                                     std::span<const double> values, std::span<const double> areas) {
+  std::vector<Region> described(regions.size());
+  const std::vector<std::int32_t> parents = parent_regions(trees, regions);
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    const ComponentTree& tree = trees[i];
+    const std::vector<double> levels = finite_levels(tree.levels);
+    std::vector<std::int32_t> selected;
+    for (const SelectedNode& region : regions)
+      if (region.tree == static_cast<std::int32_t>(i)) selected.push_back(region.node);
+    std::sort(selected.begin(), selected.end());
+    const std::vector<Sums> all_sums = sums_of_selected(surface, tree, selected, values, areas);
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+      if (regions[r].tree != static_cast<std::int32_t>(i)) continue;
+      const std::int32_t node = regions[r].node;
+      const Sums& sums = all_sums[static_cast<std::size_t>(std::lower_bound(selected.begin(), selected.end(), node) -
+                                                           selected.begin())];
+      Region& region = described[r];
+      region.polarity = tree.polarity;
+      region.node = node;
+      region.parent = parents[r];
+      region.low_level = tree.lo(node);
+      region.high_level = tree.hi_of_node[static_cast<std::size_t>(node)];
+      const double low = levels[static_cast<std::size_t>(region.low_level) - 1];
+      region.value = tree.polarity == Polarity::kUpper ? low : -low;
+      region.num_triangles = sums.num_triangles;
+      region.area = area_of_node(tree, node);
+      region.stability = stability_of_node(tree, selections[i].changes, node);
+      region.persistence = selections[i].maxima.persistence_of_node(node);
+      region.scalar_min = sums.least;
+      region.scalar_max = sums.greatest;
+      if (sums.area > 0) {
+        region.scalar_mean = sums.first / sums.area;
+        region.scalar_deviation =
+            std::sqrt(std::max(0.0, sums.second / sums.area - region.scalar_mean * region.scalar_mean));
+        region.centroid = sums.centroid / sums.area;
+      }
+      if (sums.normal.norm() > 0) region.mean_normal = sums.normal.normalized();
+    }
+  }
+  return described;
+}
+
+std::vector<double> border_contrasts(const SurfaceView& surface, const ComponentTree& tree,
+                                     std::span<const std::int32_t> selected, std::span<const double> triangle_values,
+                                     std::span<const double> areas, double band) {
+  const std::vector<std::int32_t> place = selected_of_nodes(tree, selected);
+  const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
+  const auto holds = [&](std::int32_t at, std::int32_t node) {
+    const std::int32_t top = selected[static_cast<std::size_t>(at)];
+    return node >= tree.first_node_of_subtree[static_cast<std::size_t>(top)] && node <= top;
+  };
+  // The level half-edges of every selected node. Of two neighbouring triangles one's node is an ancestor of the
+  // other's, so climbing ends at the first selected node that holds both.
+  std::vector<std::vector<std::int32_t>> level_edges(selected.size());
+  for (std::size_t h = 0; h < surface.twins.size(); ++h) {
+    if (surface.twins[h] < 0) continue;
+    const std::int32_t here = tree.node_of_triangle[h / 3];
+    const std::int32_t there = tree.node_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
+    if (here < 0 || here == there) continue;
+    for (std::int32_t at = place[static_cast<std::size_t>(here)]; at >= 0 && !holds(at, there);
+         at = ancestor[static_cast<std::size_t>(at)])
+      level_edges[static_cast<std::size_t>(at)].push_back(static_cast<std::int32_t>(h));
+  }
+
+  struct Reached {
+    std::int32_t triangle;
+    std::int32_t from;  ///< level half-edge
+  };
+  std::vector<double> contrasts(selected.size(), 0);
+  std::vector<std::int32_t> met(tree.node_of_triangle.size(), -1);
+  std::vector<Reached> front;
+  const auto corner = [&](std::int32_t t, std::int32_t k) -> const Eigen::Vector3d& {
+    return surface.positions[static_cast<std::size_t>(
+        surface.triangles[static_cast<std::size_t>(t)][static_cast<std::size_t>(k)])];
+  };
+  const auto near = [&](const Reached& reached) {
+    const Eigen::Vector3d middle =
+        (corner(reached.from / 3, reached.from % 3) + corner(reached.from / 3, (reached.from + 1) % 3)) / 2;
+    const Eigen::Vector3d centroid =
+        (corner(reached.triangle, 0) + corner(reached.triangle, 1) + corner(reached.triangle, 2)) / 3;
+    return (centroid - middle).squaredNorm() <= band * band;
+  };
+  for (std::size_t i = 0; i < selected.size(); ++i) {
+    const auto mark = static_cast<std::int32_t>(i);
+    front.clear();
+    const auto reach = [&](const Reached& reached) {
+      std::int32_t& seen = met[static_cast<std::size_t>(reached.triangle)];
+      if (seen == mark) return;
+      seen = mark;
+      front.push_back(reached);
+    };
+    // Triangles at the border itself count whatever their size, so that neither side is empty.
+    for (const std::int32_t h : level_edges[i]) {
+      reach({h / 3, h});
+      reach({surface.twins[static_cast<std::size_t>(h)] / 3, h});
+    }
+    double sum[2] = {0, 0}, weight[2] = {0, 0};
+    for (std::size_t f = 0; f < front.size(); ++f) {
+      const Reached reached = front[f];
+      const auto t = static_cast<std::size_t>(reached.triangle);
+      const bool inside = holds(mark, tree.node_of_triangle[t]);
+      sum[inside ? 1 : 0] += areas[t] * triangle_values[t];
+      weight[inside ? 1 : 0] += areas[t];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = surface.twins[3 * t + k];
+        if (twin < 0) continue;
+        const Reached next{twin / 3, reached.from};
+        if (met[static_cast<std::size_t>(next.triangle)] != mark && near(next)) reach(next);
+      }
+    }
+    if (weight[0] > 0 && weight[1] > 0) contrasts[i] = sum[1] / weight[1] - sum[0] / weight[0];
+  }
+  return contrasts;
+}
+
+double noise_of_values(const SurfaceView& surface, std::span<const double> triangle_values) {
+  std::vector<double> deviations;
+  const std::size_t stride = triangle_values.size() / 65536 + 1;
+  for (std::size_t t = 0; t < triangle_values.size(); t += stride) {
+    double around = 0;
+    bool inner = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t twin = surface.twins[3 * t + k];
+      inner = inner && twin >= 0;
+      if (inner) around += triangle_values[static_cast<std::size_t>(twin / 3)] / 3;
+    }
+    if (inner) deviations.push_back(std::abs(triangle_values[t] - around));
+  }
+  if (deviations.size() < 16) return 0;
+  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::nth_element(deviations.begin(), middle, deviations.end());
+  return 1.4826 * std::sqrt(0.75) * *middle;
+}
+
+}  // namespace meshmser

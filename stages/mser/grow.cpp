@@ -1,0 +1,244 @@
+#include "stages/mser/grow.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "stages/common/parallel.hpp"
+#include "stages/mser/patches.hpp"
+
+namespace meshmser {
+namespace {
+
+constexpr std::int32_t kSteps = 4096;
+
+/// Triangles waiting in kSteps queues, first in, first out in each, linked through one array.
+class StepQueues {
+ public:
+  explicit StepQueues(std::size_t num_triangles) : next_(num_triangles, -1) {
+    first_.fill(-1);
+    last_.fill(-1);
+  }
+
+  /// Puts a triangle into a queue, or into the one being emptied if that is a later one.
+  void push(std::int32_t triangle, std::int32_t step) {
+    const auto s = static_cast<std::size_t>(std::max(step, current_));
+    if (first_[s] < 0)
+      first_[s] = triangle;
+    else
+      next_[static_cast<std::size_t>(last_[s])] = triangle;
+    last_[s] = triangle;
+  }
+
+  /// The next triangle, or -1.
+  std::int32_t pop() {
+    while (current_ < kSteps && first_[static_cast<std::size_t>(current_)] < 0) ++current_;
+    if (current_ == kSteps) return -1;
+    std::int32_t& front = first_[static_cast<std::size_t>(current_)];
+    return std::exchange(front, next_[static_cast<std::size_t>(front)]);
+  }
+
+ private:
+  std::vector<std::int32_t> next_;
+  std::array<std::int32_t, kSteps> first_, last_;
+  std::int32_t current_ = 0;
+};
+
+/// Floods with a step for each (triangle, label).
+template <class StepOf>
+std::vector<std::int32_t> flood(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                std::span<const std::uint8_t> excluded, StepOf step_of) {
+  std::vector<std::int32_t> grown(labels.begin(), labels.end());
+  StepQueues queues(labels.size());
+  const auto reach = [&](std::size_t from) {
+    const std::int32_t label = grown[from];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t twin = surface.twins[3 * from + k];
+      if (twin < 0) continue;
+      const std::int32_t triangle = twin / 3;
+      const auto t = static_cast<std::size_t>(triangle);
+      if (grown[t] != 0 || (!excluded.empty() && excluded[t] != 0)) continue;
+      grown[t] = label;
+      queues.push(triangle, step_of(t, label));
+    }
+  };
+  for (std::size_t t = 0; t < labels.size(); ++t)
+    if (labels[t] != 0) reach(t);
+  for (std::int32_t t = queues.pop(); t >= 0; t = queues.pop()) reach(static_cast<std::size_t>(t));
+  return grown;
+}
+
+/// Steps equal in log(1 + x / unit) from 0 to the greatest x.
+class LogSteps {
+ public:
+  LogSteps(double unit, double greatest) : unit_(unit > 0 ? unit : 1) {
+    const double range = std::log1p(greatest / unit_);
+    scale_ = range > 0 ? (kSteps - 1) / range : 0;
+  }
+  std::int32_t operator()(double x) const {
+    const double step = scale_ * std::log1p(x / unit_);
+    return step < kSteps - 1 ? static_cast<std::int32_t>(step) : kSteps - 1;
+  }
+
+ private:
+  double unit_, scale_;
+};
+
+/// The median of at most 65,536 of the values, taken at equal distances.
+double typical(std::span<const double> values) {
+  std::vector<double> some;
+  const std::size_t stride = values.size() / 65536 + 1;
+  for (std::size_t i = 0; i < values.size(); i += stride) some.push_back(values[i]);
+  if (some.empty()) return 0;
+  const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
+  std::nth_element(some.begin(), middle, some.end());
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<double> triangle_means(const SurfaceView& surface, std::span<const double> values,
+                                   const Execution& execution) {
+  std::vector<double> means(surface.triangles.size());
+  parallel_chunks(
+      static_cast<std::int64_t>(means.size()), 1 << 15, "", execution, [&](std::int64_t begin, std::int64_t end) {
+        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+          const auto& corners = surface.triangles[t];
+          means[t] = (values[static_cast<std::size_t>(corners[0])] + values[static_cast<std::size_t>(corners[1])] +
+                      values[static_cast<std::size_t>(corners[2])]) /
+                     3;
+        }
+      });
+  return means;
+}
+
+std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                               std::span<const double> areas, double min_area) {
+  // Background is a patch as well, so that a small hole in a region closes.
+  std::vector<std::int32_t> numbers(labels.begin(), labels.end());
+  for (std::int32_t& number : numbers) ++number;
+  const Patches patches = split_patches(surface.twins, numbers, areas);
+  const std::size_t num_patches = patches.num_patches();
+
+  struct CommonBorder {
+    std::int32_t patch;
+    double length;
+  };
+  std::vector<std::vector<CommonBorder>> borders(num_patches + 1);
+  for (std::size_t h = 0; h < surface.twins.size(); ++h) {
+    if (surface.twins[h] < 0) continue;
+    const std::int32_t here = patches.patch_of_triangle[h / 3];
+    const std::int32_t there = patches.patch_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
+    if (here == there) continue;
+    const auto& corners = surface.triangles[h / 3];
+    const double length = (surface.positions[static_cast<std::size_t>(corners[h % 3])] -
+                           surface.positions[static_cast<std::size_t>(corners[(h + 1) % 3])])
+                              .norm();
+    borders[static_cast<std::size_t>(here)].push_back({there, length});
+  }
+  std::vector<std::int32_t> smallest_triangle(num_patches + 1, 0);
+  for (std::size_t t = labels.size(); t-- > 0;)
+    smallest_triangle[static_cast<std::size_t>(patches.patch_of_triangle[t])] = static_cast<std::int32_t>(t);
+
+  // A patch joins one that is still to come or has grown large enough, so that every chain of joins ends.
+  std::vector<std::int32_t> joined(num_patches + 1);
+  std::iota(joined.begin(), joined.end(), 0);
+  const auto stands_for = [&](std::int32_t patch) {
+    while (joined[static_cast<std::size_t>(patch)] != patch) {
+      std::int32_t& next = joined[static_cast<std::size_t>(patch)];
+      next = joined[static_cast<std::size_t>(next)];
+      patch = next;
+    }
+    return patch;
+  };
+  std::vector<double> area = patches.area_of_patch;
+  for (std::size_t p = num_patches; p > 0; --p) {
+    if (area[p] >= min_area) continue;
+    std::vector<CommonBorder>& mine = borders[p];
+    for (CommonBorder& border : mine) border.patch = stands_for(border.patch);
+    std::stable_sort(mine.begin(), mine.end(),
+                     [](const CommonBorder& a, const CommonBorder& b) { return a.patch < b.patch; });
+    std::int32_t best = -1;
+    double longest = -1;
+    for (std::size_t i = 0, next = 0; i < mine.size(); i = next) {
+      double length = 0;
+      for (next = i; next < mine.size() && mine[next].patch == mine[i].patch; ++next) length += mine[next].length;
+      if (mine[i].patch == static_cast<std::int32_t>(p)) continue;
+      const bool tie_won = best >= 0 && length == longest &&
+                           smallest_triangle[static_cast<std::size_t>(mine[i].patch)] <
+                               smallest_triangle[static_cast<std::size_t>(best)];
+      if (length > longest || tie_won) {
+        best = mine[i].patch;
+        longest = length;
+      }
+    }
+    if (best < 0) continue;
+    const auto b = static_cast<std::size_t>(best);
+    joined[p] = best;
+    area[b] += area[p];
+    smallest_triangle[b] = std::min(smallest_triangle[b], smallest_triangle[p]);
+    borders[b].insert(borders[b].end(), mine.begin(), mine.end());
+    std::vector<CommonBorder>().swap(mine);
+  }
+  std::vector<std::int32_t> absorbed(labels.size());
+  for (std::size_t t = 0; t < labels.size(); ++t)
+    absorbed[t] = patches.number_of_patch[static_cast<std::size_t>(stands_for(patches.patch_of_triangle[t]))] - 1;
+  return absorbed;
+}
+
+std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                            std::span<const double> strength, std::span<const std::uint8_t> excluded) {
+  const double greatest = strength.empty() ? 0 : *std::max_element(strength.begin(), strength.end());
+  const LogSteps steps(typical(strength), greatest);
+  return flood(surface, labels, excluded, [&](std::size_t t, std::int32_t) { return steps(strength[t]); });
+}
+
+std::vector<std::int32_t> flood_by_likeness(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                            std::span<const double> values, std::span<const double> areas,
+                                            std::span<const std::uint8_t> excluded) {
+  const std::int32_t most = labels.empty() ? 0 : *std::max_element(labels.begin(), labels.end());
+  std::vector<double> mean(static_cast<std::size_t>(most) + 1, 0), weight(mean.size(), 0);
+  for (std::size_t t = 0; t < labels.size(); ++t) {
+    mean[static_cast<std::size_t>(labels[t])] += areas[t] * values[t];
+    weight[static_cast<std::size_t>(labels[t])] += areas[t];
+  }
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    if (weight[i] > 0) mean[i] /= weight[i];
+  const double centre = typical(values);
+  std::vector<double> spread(values.size());
+  for (std::size_t t = 0; t < values.size(); ++t) spread[t] = std::abs(values[t] - centre);
+  const double greatest = spread.empty() ? 0 : *std::max_element(spread.begin(), spread.end());
+  const LogSteps steps(typical(spread), 2 * greatest);
+  return flood(surface, labels, excluded, [&](std::size_t t, std::int32_t label) {
+    return steps(std::abs(values[t] - mean[static_cast<std::size_t>(label)]));
+  });
+}
+
+std::vector<std::int32_t> drop_whole_components(const SurfaceView& surface, std::span<const std::int32_t> labels) {
+  std::vector<std::int32_t> kept(labels.begin(), labels.end());
+  std::vector<std::uint8_t> met(labels.size(), 0);
+  std::vector<std::int32_t> component;
+  for (std::size_t first = 0; first < labels.size(); ++first) {
+    if (met[first] != 0) continue;
+    component.assign(1, static_cast<std::int32_t>(first));
+    met[first] = 1;
+    bool uniform = labels[first] != 0;
+    for (std::size_t i = 0; i < component.size(); ++i) {
+      const auto t = static_cast<std::size_t>(component[i]);
+      uniform = uniform && labels[t] == labels[first];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = surface.twins[3 * t + k];
+        if (twin < 0 || met[static_cast<std::size_t>(twin / 3)] != 0) continue;
+        met[static_cast<std::size_t>(twin / 3)] = 1;
+        component.push_back(twin / 3);
+      }
+    }
+    if (uniform)
+      for (const std::int32_t t : component) kept[static_cast<std::size_t>(t)] = 0;
+  }
+  return kept;
+}
+
+}  // namespace meshmser

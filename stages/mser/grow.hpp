@@ -1,0 +1,45 @@
+#pragma once
+/// Growth of label patches over what is not labelled, and the end of patches that are too small (SEMANTICS 9).
+/// Labels are #F numbers >= 0, 0 for background. `twins`: 3 #F twin half-edges, -1 at rims, after cut_out_triangles.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pipeline/execution/execution.hpp"
+#include "stages/common/surface.hpp"
+
+namespace meshmser {
+
+/// Lets every patch of equal label (background included) whose area is below `min_area` join the neighbouring patch
+/// with which it has the longest common border; ties to that of the smaller triangle id. The smallest patch goes first;
+/// what it joins counts with its area from then on. A patch without neighbours stays. `areas`: #F. Sorting of the
+/// patches and of the border edges between them.
+std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                               std::span<const double> areas, double min_area);
+
+/// Floods unlabelled triangles from labelled ones, those of least `strength` (#F, >= 0) first: a watershed whose
+/// borders run where the strength is greatest. A triangle takes the label of the neighbour from which it is first met.
+/// `excluded` (#F, or empty) are never labelled. Strength is told apart in 4,096 steps, equal in
+/// log(1 + strength / its median); within a step first met is first served, triangles on the rims of the seeds by
+/// ascending id. O(F).
+/// Source: Meyer, Topographic distance and watershed lines, 1994 (flooding with an ordered queue).
+std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                            std::span<const double> strength,
+                                            std::span<const std::uint8_t> excluded = {});
+
+/// The same in the order of |value - mean value of the label's triangles before the flood|, `values`: #F.
+/// Source: Adams and Bischof, Seeded region growing, 1994. Deviation: the means stay those of the seeds.
+std::vector<std::int32_t> flood_by_likeness(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                            std::span<const double> values, std::span<const double> areas,
+                                            std::span<const std::uint8_t> excluded = {});
+
+/// Labels without those patches that cover the whole of their mesh component (edge-connected, without what is
+/// excluded): such a region is the background. O(F).
+std::vector<std::int32_t> drop_whole_components(const SurfaceView& surface, std::span<const std::int32_t> labels);
+
+/// The mean over each triangle's corners of a value at the vertices (#F).
+std::vector<double> triangle_means(const SurfaceView& surface, std::span<const double> values,
+                                   const Execution& execution = {});
+
+}  // namespace meshmser

@@ -1,0 +1,188 @@
+#include "stages/mser/merge.hpp"
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "stages/mser/label_graph.hpp"
+
+namespace meshmser {
+namespace {
+
+/// How many triangles of a patch have a curvature in each of many steps equal in its logarithm: its quantiles without a
+/// list of its triangles. Steps of 2^(1/8) from 2^-16 to 2^16 of a unit near the data; what is less is in the first.
+class CurvatureHistogram {
+ public:
+  static std::size_t step_of(double relative) {
+    return relative > 0 ? static_cast<std::size_t>(std::clamp(8 * (std::log2(relative) + 16), 0.0, kSteps - 1.0)) : 0;
+  }
+  void add(std::size_t step) { ++count_[step]; }
+  void add(const CurvatureHistogram& other) {
+    for (std::size_t i = 0; i < kSteps; ++i) count_[i] += other.count_[i];
+  }
+  /// Interpolated within its step.
+  double quantile(double q) const {
+    std::int64_t total = 0;
+    for (const std::int32_t count : count_) total += count;
+    const double wanted = q * static_cast<double>(total);
+    std::int64_t below = 0;
+    for (std::size_t i = 0; i < kSteps; ++i) {
+      if (static_cast<double>(below + count_[i]) > wanted) {
+        const double part = (wanted - static_cast<double>(below)) / count_[i];
+        return i == 0 ? 0 : std::exp2((static_cast<double>(i) + part) / 8 - 16);
+      }
+      below += count_[i];
+    }
+    return 0;
+  }
+
+ private:
+  static constexpr std::size_t kSteps = 256;
+  std::array<std::int32_t, kSteps> count_{};
+};
+
+Eigen::Vector3d position(const SurfaceView& surface, std::int32_t triangle, std::int32_t corner) {
+  return surface.positions[static_cast<std::size_t>(
+      surface.triangles[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(corner)])];
+}
+
+/// One side of a border sample.
+struct Side {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double weight = 0;
+};
+
+/// Gathers the triangles of a patch around a place; one for each thread.
+class Surroundings {
+ public:
+  Side look(const SurfaceView& surface, const LabelGraph& graph, std::span<const std::int32_t> labels,
+            const Eigen::Vector3d& place, double radius, std::int32_t first) {
+    met_.resize(labels.size(), 0);
+    if (++round_ == 0) {
+      std::fill(met_.begin(), met_.end(), 0);
+      round_ = 1;
+    }
+    const std::int32_t label = graph.stands_for(labels[static_cast<std::size_t>(first)]);
+    const double radius2 = radius * radius;
+    Side side;
+    front_.assign(1, first);
+    met_[static_cast<std::size_t>(first)] = round_;
+    for (std::size_t i = 0; i < front_.size(); ++i) {
+      const std::int32_t t = front_[i];
+      const Eigen::Vector3d a = position(surface, t, 0), b = position(surface, t, 1), c = position(surface, t, 2);
+      const Eigen::Vector3d centroid = (a + b + c) / 3;
+      const double distance2 = (centroid - place).squaredNorm();
+      // The first one counts wherever its centroid lies, so that no side is empty.
+      if (distance2 > radius2 && i > 0) continue;
+      side.normal += distance2 * (b - a).cross(c - a);
+      const double weight = distance2 * (b - a).cross(c - a).norm();
+      side.centre += weight * centroid;
+      side.weight += weight;
+      for (std::int32_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = surface.twins[static_cast<std::size_t>(3 * t + k)];
+        if (twin < 0) continue;
+        const auto neighbour = static_cast<std::size_t>(twin / 3);
+        if (met_[neighbour] == round_) continue;
+        met_[neighbour] = round_;
+        if (graph.stands_for(labels[neighbour]) == label) front_.push_back(twin / 3);
+      }
+    }
+    if (side.weight > 0) side.centre /= side.weight;
+    return side;
+  }
+
+ private:
+  std::vector<std::uint32_t> met_;
+  std::uint32_t round_ = 0;
+  std::vector<std::int32_t> front_;
+};
+
+}  // namespace
+
+std::vector<std::int32_t> merge_by_saliency(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                            std::span<const double> strength, std::span<const double> areas,
+                                            double threshold, const Execution& execution) {
+  LabelGraph graph(surface, labels);
+  std::vector<double> sum(static_cast<std::size_t>(graph.num_labels()) + 1, 0), area(sum.size(), 0);
+  for (std::size_t t = 0; t < labels.size(); ++t) {
+    const auto& corners = surface.triangles[t];
+    double mean = 0;
+    for (const std::int32_t v : corners) mean += strength[static_cast<std::size_t>(v)] / 3;
+    sum[static_cast<std::size_t>(labels[t])] += areas[t] * mean;
+    area[static_cast<std::size_t>(labels[t])] += areas[t];
+  }
+  const auto mean_of = [&](std::int32_t label) {
+    const auto i = static_cast<std::size_t>(label);
+    return area[i] > 0 ? sum[i] / area[i] : 0;
+  };
+  const auto measure = [&](std::int32_t a, std::int32_t b, const CommonBorder& border) {
+    double total = 0, length = 0;
+    for (const std::int32_t h : border.half_edges) {
+      const auto& corners = surface.triangles[static_cast<std::size_t>(h / 3)];
+      const auto v = static_cast<std::size_t>(corners[static_cast<std::size_t>(h % 3)]);
+      const auto w = static_cast<std::size_t>(corners[static_cast<std::size_t>((h + 1) % 3)]);
+      const double edge = (surface.positions[v] - surface.positions[w]).norm();
+      total += edge * 0.5 * (strength[v] + strength[w]);
+      length += edge;
+    }
+    return (length > 0 ? total / length : 0) - std::max(mean_of(a), mean_of(b));
+  };
+  const auto join = [&](std::int32_t a, std::int32_t b) {
+    sum[static_cast<std::size_t>(a)] += sum[static_cast<std::size_t>(b)];
+    area[static_cast<std::size_t>(a)] += area[static_cast<std::size_t>(b)];
+  };
+  graph.join_while_weak(threshold, measure, join, execution);
+  return graph.joined_labels(labels);
+}
+
+std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                           std::span<const double> curvature, const TurningParameters& parameters,
+                                           const Execution& execution) {
+  LabelGraph graph(surface, labels);
+  std::vector<CurvatureHistogram> histograms(curvature.empty() ? 0 : static_cast<std::size_t>(graph.num_labels()) + 1);
+  std::vector<double> own(static_cast<std::size_t>(graph.num_labels()) + 1, 0);
+  for (std::size_t t = 0; t < curvature.size(); ++t)
+    histograms[static_cast<std::size_t>(labels[t])].add(CurvatureHistogram::step_of(curvature[t] * parameters.radius));
+  const auto measure_own = [&](std::size_t label) {
+    if (!histograms.empty()) own[label] = histograms[label].quantile(parameters.curvature_quantile) / parameters.radius;
+  };
+  for (std::size_t label = 1; label < own.size(); ++label) measure_own(label);
+
+  tbb::enumerable_thread_specific<Surroundings> surroundings;
+  const auto measure = [&](std::int32_t a, std::int32_t b, const CommonBorder& border) {
+    const double explained = std::max(own[static_cast<std::size_t>(a)], own[static_cast<std::size_t>(b)]);
+    const auto num_edges = static_cast<std::int64_t>(border.half_edges.size());
+    const std::int64_t num_samples = std::min<std::int64_t>(num_edges, parameters.samples);
+    std::vector<double> turns;
+    for (std::int64_t i = 0; i < num_samples; ++i) {
+      const std::int32_t h = border.half_edges[static_cast<std::size_t>((2 * i + 1) * num_edges / (2 * num_samples))];
+      const std::int32_t t = h / 3;
+      const Eigen::Vector3d place = (position(surface, t, h % 3) + position(surface, t, (h + 1) % 3)) / 2;
+      Surroundings& scratch = surroundings.local();
+      const Side one = scratch.look(surface, graph, labels, place, parameters.radius, t);
+      const Side other = scratch.look(surface, graph, labels, place, parameters.radius,
+                                      surface.twins[static_cast<std::size_t>(h)] / 3);
+      if (one.weight <= 0 || other.weight <= 0) continue;
+      const double angle = std::atan2(one.normal.cross(other.normal).norm(), one.normal.dot(other.normal));
+      turns.push_back(angle - explained * (one.centre - other.centre).norm());
+    }
+    // A border where nothing can be measured has no area on one side at least: it parts nothing.
+    if (turns.empty()) return 0.0;
+    const auto middle = turns.begin() + static_cast<std::ptrdiff_t>(turns.size() / 2);
+    std::nth_element(turns.begin(), middle, turns.end());
+    return *middle;
+  };
+  const auto join = [&](std::int32_t a, std::int32_t b) {
+    if (histograms.empty()) return;
+    histograms[static_cast<std::size_t>(a)].add(histograms[static_cast<std::size_t>(b)]);
+    measure_own(static_cast<std::size_t>(a));
+  };
+  graph.join_while_weak(parameters.threshold, measure, join, execution);
+  return graph.joined_labels(labels);
+}
+
+}  // namespace meshmser

@@ -1,0 +1,251 @@
+#include "stages/mser/segment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "stages/mser/describe_regions.hpp"
+#include "stages/mser/grow.hpp"
+#include "stages/mser/label_triangles.hpp"
+#include "stages/mser/merge.hpp"
+#include "stages/mser/patches.hpp"
+#include "stages/mser/persistence.hpp"
+#include "stages/mser/stability.hpp"
+
+namespace meshmser {
+namespace {
+
+void check_sizes(const SurfaceView& surface, const LevelSetTrees& level_sets, std::span<const double> strength,
+                 std::span<const double> curvature, const SegmentParameters& parameters) {
+  const std::size_t num_triangles = surface.triangles.size(), num_vertices = surface.positions.size();
+  const auto expect = [](std::string_view what, std::size_t is, std::size_t expected) {
+    if (is != expected)
+      throw StageError(std::string(what) + " has " + std::to_string(is) + " entries; the mesh needs " +
+                       std::to_string(expected));
+  };
+  expect("the adjacency", surface.twins.size(), 3 * num_triangles);
+  expect("the scalar", level_sets.values.size(), num_vertices);
+  if (!level_sets.excluded_of_triangle.empty())
+    expect("the list of excluded triangles", level_sets.excluded_of_triangle.size(), num_triangles);
+  for (const ComponentTree& tree : level_sets.trees)
+    expect("a tree's list of triangles", tree.node_of_triangle.size(), num_triangles);
+  if (!strength.empty()) expect("the strength", strength.size(), num_vertices);
+  if (!curvature.empty()) expect("the curvature", curvature.size(), num_vertices);
+  if (parameters.merge == Merge::kTurning && !(parameters.turning_radius > 0))
+    throw StageError("merging by turning needs a radius greater than 0");
+}
+
+/// Applies filters one after the other to the selections of all trees and counts what each removes.
+class Filtering {
+ public:
+  Filtering(std::vector<TreeSelection>& selections, std::vector<FilterCount>& counts)
+      : selections_(selections), counts_(counts) {}
+
+  /// `filter(tree index, selection)`: the nodes that stay.
+  template <class Filter>
+  void apply(std::string name, Filter filter) {
+    FilterCount count{std::move(name), 0, 0};
+    for (std::size_t i = 0; i < selections_.size(); ++i) {
+      std::vector<std::int32_t>& selected = selections_[i].selected;
+      count.seen += static_cast<std::int64_t>(selected.size());
+      count.removed += static_cast<std::int64_t>(selected.size());
+      selected = filter(i, selections_[i]);
+      count.removed -= static_cast<std::int64_t>(selected.size());
+    }
+    counts_.push_back(std::move(count));
+  }
+
+ private:
+  std::vector<TreeSelection>& selections_;
+  std::vector<FilterCount>& counts_;
+};
+
+std::vector<std::int32_t> leaves_of(const Maxima& maxima) {
+  std::vector<std::int32_t> leaves;
+  for (std::size_t n = 0; n < maxima.top_of_leaf.size(); ++n)
+    if (maxima.top_of_leaf[n] >= 0) leaves.push_back(static_cast<std::int32_t>(n));
+  return leaves;
+}
+
+std::vector<TreeSelection> select_in_trees(const SurfaceView& surface, const LevelSetTrees& level_sets,
+                                           const SegmentParameters& parameters, std::vector<FilterCount>& counts) {
+  std::vector<TreeSelection> selections(level_sets.trees.size());
+  const Significance significance{parameters.min_persistence, parameters.min_area};
+  for (std::size_t i = 0; i < selections.size(); ++i) {
+    const ComponentTree& tree = level_sets.trees[i];
+    selections[i].changes = change_of_nodes(tree, parameters.delta);
+    selections[i].maxima = find_maxima(tree);
+    if (parameters.select == Select::kMser)
+      selections[i].selected = select_mser(tree, selections[i].changes, {parameters.delta, parameters.against},
+                                           open_roots(tree, surface.twins, level_sets.excluded_of_triangle));
+    else
+      selections[i].selected = leaves_of(selections[i].maxima);
+  }
+  if (parameters.select == Select::kMser) return selections;
+  Filtering(selections, counts).apply("significance", [&](std::size_t i, const TreeSelection& of) {
+    return parameters.select == Select::kPersistence
+               ? select_persistence(level_sets.trees[i], of.maxima, significance)
+               : select_stable_branch(level_sets.trees[i], of.maxima, of.changes, significance);
+  });
+  return selections;
+}
+
+/// The contrast of each selected node of a tree, by node ascending, as the tree's polarity counts it.
+struct Contrasts {
+  std::vector<std::int32_t> nodes;
+  std::vector<double> values;
+
+  double of(std::int32_t node) const {
+    return values[static_cast<std::size_t>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin())];
+  }
+};
+
+void filter_selections(const SurfaceView& surface, const LevelSetTrees& level_sets,
+                       std::span<const double> triangle_values, std::span<const double> areas,
+                       const SegmentParameters& parameters, std::vector<TreeSelection>& selections,
+                       std::vector<Contrasts>& contrasts, std::vector<FilterCount>& counts) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const std::vector<ComponentTree>& trees = level_sets.trees;
+  const bool by_maxima = parameters.select != Select::kMser;
+  Filtering filtering(selections, counts);
+  if (!by_maxima && parameters.min_area > 0)
+    filtering.apply("min_area", [&](std::size_t i, const TreeSelection& of) {
+      return filter_area(trees[i], of.selected, parameters.min_area, kInfinity);
+    });
+  if (parameters.max_area < kInfinity)
+    filtering.apply("max_area", [&](std::size_t i, const TreeSelection& of) {
+      return filter_area(trees[i], of.selected, 0, parameters.max_area);
+    });
+  if (parameters.max_variation < kInfinity)
+    filtering.apply("max_variation", [&](std::size_t i, const TreeSelection& of) {
+      return filter_variation(trees[i], of.changes, of.selected, parameters.max_variation);
+    });
+  if (!by_maxima && parameters.min_persistence > 0)
+    filtering.apply("min_persistence", [&](std::size_t, const TreeSelection& of) {
+      return filter_persistence(of.maxima, of.selected, parameters.min_persistence);
+    });
+  const auto measure_contrasts = [&] {
+    for (std::size_t i = 0; i < trees.size(); ++i) {
+      contrasts[i].nodes = selections[i].selected;
+      contrasts[i].values =
+          border_contrasts(surface, trees[i], selections[i].selected, triangle_values, areas, parameters.band);
+    }
+  };
+  if (parameters.min_contrast > 0) {
+    measure_contrasts();
+    const double noise = std::isfinite(level_sets.noise) ? level_sets.noise : noise_of_values(surface, triangle_values);
+    filtering.apply("min_contrast", [&](std::size_t i, const TreeSelection& of) {
+      const double sign = trees[i].polarity == Polarity::kUpper ? 1 : -1;
+      std::vector<std::int32_t> kept;
+      for (const std::int32_t node : of.selected)
+        if (sign * contrasts[i].of(node) >= parameters.min_contrast * noise) kept.push_back(node);
+      return kept;
+    });
+  }
+  if (parameters.min_diversity > 0)
+    filtering.apply("min_diversity", [&](std::size_t i, const TreeSelection& of) {
+      return filter_diversity(trees[i], of.changes, of.selected, parameters.min_diversity);
+    });
+  if (parameters.nested != Nested::kKeep)
+    filtering.apply("nested", [&](std::size_t i, const TreeSelection& of) {
+      return filter_nested(trees[i], of.changes, of.selected, parameters.nested);
+    });
+  if (parameters.min_contrast <= 0) measure_contrasts();
+}
+
+/// What is not a number belongs to excluded triangles only, and must not stand in the way of comparisons.
+std::vector<double> finite(std::span<const double> values) {
+  std::vector<double> result(values.size());
+  std::transform(values.begin(), values.end(), result.begin(),
+                 [](double value) { return std::isfinite(value) ? value : 0; });
+  return result;
+}
+
+std::vector<double> magnitudes(std::span<const double> values) {
+  std::vector<double> result = finite(values);
+  for (double& value : result) value = std::abs(value);
+  return result;
+}
+
+/// Absorbs, floods and merges; labels may be in any numbering.
+std::vector<std::int32_t> grow_and_merge(const SurfaceView& surface, const LevelSetTrees& level_sets,
+                                         std::vector<std::int32_t> labels, std::span<const double> strength,
+                                         std::span<const double> curvature, std::span<const double> areas,
+                                         const SegmentParameters& parameters, const Execution& execution) {
+  if (parameters.grow != Grow::kNone && parameters.absorb_area > 0)
+    labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
+  execution.check();
+  const std::vector<double> strong =
+      magnitudes(strength.empty() ? std::span<const double>(level_sets.values) : strength);
+  if (parameters.grow == Grow::kWatershed)
+    labels = parameters.flood_by == FloodBy::kStrength
+                 ? flood_by_strength(surface, labels, triangle_means(surface, strong, execution),
+                                     level_sets.excluded_of_triangle)
+                 : flood_by_likeness(surface, labels, triangle_means(surface, finite(level_sets.values), execution),
+                                     areas, level_sets.excluded_of_triangle);
+  execution.check();
+  if (parameters.merge == Merge::kSaliency)
+    labels = merge_by_saliency(surface, labels, strong, areas, parameters.saliency, execution);
+  if (parameters.merge == Merge::kTurning) {
+    std::vector<double> bending;
+    if (!curvature.empty()) bending = triangle_means(surface, magnitudes(curvature), execution);
+    labels =
+        merge_by_turning(surface, labels, bending, {parameters.turning, parameters.turning_radius, 60, 0.1}, execution);
+  }
+  return drop_whole_components(surface, labels);
+}
+
+}  // namespace
+
+Segmentation segment(const SurfaceView& surface, const LevelSetTrees& level_sets, std::span<const double> strength,
+                     std::span<const double> curvature, const SegmentParameters& parameters,
+                     const Execution& execution) {
+  check_sizes(surface, level_sets, strength, curvature, parameters);
+  const std::vector<ComponentTree>& trees = level_sets.trees;
+  const std::vector<double> areas = triangle_areas(surface.positions, surface.triangles, execution);
+  const std::vector<double> triangle_values = triangle_means(surface, level_sets.values, execution);
+
+  Segmentation segmentation;
+  execution.report("selecting regions", 0, 4);
+  std::vector<TreeSelection> selections = select_in_trees(surface, level_sets, parameters, segmentation.filters);
+  execution.report("filtering regions", 1, 4);
+  std::vector<Contrasts> contrasts(trees.size());
+  filter_selections(surface, level_sets, triangle_values, areas, parameters, selections, contrasts,
+                    segmentation.filters);
+
+  std::vector<std::vector<std::int32_t>> selected;
+  for (const TreeSelection& selection : selections) selected.push_back(selection.selected);
+  std::vector<SelectedNode> regions = order_regions(trees, selected);
+  if (parameters.keep_largest > 0) {
+    const auto seen = static_cast<std::int64_t>(regions.size());
+    const std::int64_t kept = std::min(seen, parameters.keep_largest);
+    regions.resize(static_cast<std::size_t>(kept));
+    segmentation.filters.push_back({"keep_largest", seen, seen - kept});
+  }
+  execution.report("describing regions", 2, 4);
+  segmentation.regions = describe_regions(surface, trees, selections, regions, level_sets.values, areas);
+  for (std::size_t r = 0; r < regions.size(); ++r)
+    segmentation.regions[r].contrast = contrasts[static_cast<std::size_t>(regions[r].tree)].of(regions[r].node);
+  segmentation.region_of_triangle = label_triangles(trees, regions);
+  if (trees.empty()) segmentation.region_of_triangle.assign(surface.triangles.size(), 0);
+
+  execution.report("labelling triangles", 3, 4);
+  Patches patches = split_patches(surface.twins, segmentation.region_of_triangle, areas);
+  if (parameters.grow != Grow::kNone || parameters.merge != Merge::kNone) {
+    const std::vector<std::int32_t> grown = grow_and_merge(surface, level_sets, patches.patch_of_triangle, strength,
+                                                           curvature, areas, parameters, execution);
+    Patches final_patches = split_patches(surface.twins, grown, areas);
+    for (std::int32_t& number : final_patches.number_of_patch)
+      number = patches.number_of_patch[static_cast<std::size_t>(number)];
+    patches = std::move(final_patches);
+  }
+  segmentation.label_of_triangle = std::move(patches.patch_of_triangle);
+  segmentation.region_of_label = std::move(patches.number_of_patch);
+  segmentation.area_of_label = std::move(patches.area_of_patch);
+  execution.report("labelling triangles", 4, 4);
+  return segmentation;
+}
+
+}  // namespace meshmser

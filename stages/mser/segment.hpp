@@ -1,0 +1,59 @@
+#pragma once
+/// From component trees to regions and labels: selection, filters, labels, growth and merging in the order of
+/// SEMANTICS 7 to 9.
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "pipeline/artifacts/level_set_trees.hpp"
+#include "pipeline/artifacts/segmentation.hpp"
+#include "pipeline/execution/execution.hpp"
+#include "stages/common/surface.hpp"
+#include "stages/mser/filters.hpp"
+#include "stages/mser/select_mser.hpp"
+
+namespace meshmser {
+
+enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch };
+enum class Grow : std::uint8_t { kNone, kAbsorb, kWatershed };
+enum class FloodBy : std::uint8_t { kStrength, kLikeness };
+enum class Merge : std::uint8_t { kNone, kSaliency, kTurning };
+
+/// Areas in coordinate units squared, lengths in coordinate units, scalars in units of S.
+struct SegmentParameters {
+  Select select = Select::kMser;
+  std::int32_t delta = 3;  ///< level steps
+  Against against = Against::kChildren;
+
+  // Filters, in this order. For persistence and stable_branch min_area and min_persistence say which maxima are
+  // significant instead.
+  double min_area = 0;
+  double max_area = std::numeric_limits<double>::infinity();
+  double max_variation = std::numeric_limits<double>::infinity();
+  double min_persistence = 0;
+  double min_contrast = 0;  ///< times the noise of S
+  double band = 0;          ///< on each side of the border, for the contrast
+  double min_diversity = 0;
+  Nested nested = Nested::kKeep;
+  std::int64_t keep_largest = 0;  ///< 0: all
+
+  Grow grow = Grow::kNone;
+  double absorb_area = 0;  ///< patches below this join a neighbour, unless grow is none
+  FloodBy flood_by = FloodBy::kStrength;
+  Merge merge = Merge::kNone;
+  double saliency = 0;
+  double turning = 5 * 0.017453292519943295;  ///< radians
+  double turning_radius = 0;                  ///< > 0 for merging by turning
+};
+
+/// Segments a surface by the level sets of a scalar on it. `surface`: twins after cut_out_triangles of what the trees
+/// exclude. `strength`: #V, >= 0, what borders are strong in (empty: |S|); `curvature`: #V, >= 0, the greatest
+/// principal curvature, for merging by turning (empty: none). Regions and labels are numbered from 1 by decreasing
+/// area, then smallest triangle id. Throws StageError where the arrays' sizes differ or a parameter is out of range.
+/// Linear in the mesh but for sorting regions and for what contrast and turning look at.
+Segmentation segment(const SurfaceView& surface, const LevelSetTrees& level_sets, std::span<const double> strength,
+                     std::span<const double> curvature, const SegmentParameters& parameters,
+                     const Execution& execution = {});
+
+}  // namespace meshmser

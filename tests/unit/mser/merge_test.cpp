@@ -1,0 +1,85 @@
+#include "stages/mser/merge.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/unit/mser/height_field.hpp"
+
+namespace meshmser {
+namespace {
+
+using ::testing::Each;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+std::vector<std::int32_t> thirds(const HeightField& field) {
+  return field.numbers([](const Eigen::Vector3d& p) { return p.x() < 20 ? 1 : p.x() < 40 ? 2 : 3; });
+}
+
+TEST(MergeBySaliency, JoinsAcrossTheWeakBorderOnly) {
+  const HeightField field = make_height_field(60, 10);
+  const auto strength = field.values([](const Eigen::Vector3d& p) {
+    return p.x() == 20 ? 1.5 : p.x() == 40 ? 9.0 : 1.0;
+  });
+  const auto merged = merge_by_saliency(field.view(), thirds(field), strength, field.areas, 2);
+  EXPECT_EQ(merged, field.numbers([](const Eigen::Vector3d& p) { return p.x() < 40 ? 1 : 3; }));
+  EXPECT_EQ(merge_by_saliency(field.view(), thirds(field), strength, field.areas, 0.1), thirds(field));
+  EXPECT_THAT(merge_by_saliency(field.view(), thirds(field), strength, field.areas, 100), Each(1));
+}
+
+TEST(MergeBySaliency, NeverJoinsBackground) {
+  const HeightField field = make_height_field(60, 10);
+  const auto labels = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 20 ? 1 : p.x() < 40 ? 0 : 2; });
+  const std::vector<double> flat(field.positions.size(), 0);
+  EXPECT_EQ(merge_by_saliency(field.view(), labels, flat, field.areas, 1), labels);
+}
+
+// Three facets: an edge of 2 degrees at x = 20 and of 30 degrees at x = 40.
+HeightField folded() {
+  return make_height_field(60, 20, [](double x, double) {
+    return x < 20   ? 0
+           : x < 40 ? std::tan(2 * kDegree) * (x - 20)
+                    : std::tan(2 * kDegree) * 20 + std::tan(32 * kDegree) * (x - 40);
+  });
+}
+
+TEST(MergeByTurning, JoinsWhereTheSurfaceHardlyTurns) {
+  const HeightField field = folded();
+  const auto merge = [&](double degrees) {
+    return merge_by_turning(field.view(), thirds(field), {}, {degrees * kDegree, 6, 60, 0.1});
+  };
+  EXPECT_EQ(merge(1.5), thirds(field));
+  EXPECT_EQ(merge(5), field.numbers([](const Eigen::Vector3d& p) { return p.x() < 40 ? 1 : 3; }));
+  EXPECT_EQ(merge(29), field.numbers([](const Eigen::Vector3d& p) { return p.x() < 40 ? 1 : 3; }));
+  EXPECT_THAT(merge(31), Each(1));
+}
+
+// A cylinder of radius 40 cut in two turns by more than 5 degrees within 6, but no more than it does anywhere.
+TEST(MergeByTurning, ForgivesWhatTheOwnCurvatureExplains) {
+  const HeightField field =
+      make_height_field(60, 20, [](double x, double) { return std::sqrt(1600 - (x - 30) * (x - 30)); });
+  const auto labels = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 30 ? 1 : 2; });
+  const std::vector<double> curvature(field.triangles.size(), 1.0 / 40);
+  const TurningParameters parameters{5 * kDegree, 6, 60, 0.1};
+  EXPECT_EQ(merge_by_turning(field.view(), labels, {}, parameters), labels);
+  EXPECT_THAT(merge_by_turning(field.view(), labels, curvature, parameters), Each(1));
+}
+
+TEST(MergeByTurning, DoesNotDependOnThreads) {
+  const HeightField field = folded();
+  const auto labels = field.numbers(
+      [](const Eigen::Vector3d& p) { return 1 + static_cast<int>(p.x() / 7) + 9 * static_cast<int>(p.y() / 7); });
+  Execution one, seven;
+  one.threads = 1;
+  seven.threads = 7;
+  const TurningParameters parameters{5 * kDegree, 6, 60, 0.1};
+  const auto merged = merge_by_turning(field.view(), labels, {}, parameters, one);
+  EXPECT_EQ(merged, merge_by_turning(field.view(), labels, {}, parameters, seven));
+  EXPECT_NE(merged, labels);
+}
+
+}  // namespace
+}  // namespace meshmser
