@@ -105,7 +105,7 @@ std::vector<Pose> read_poses(const std::filesystem::path& path, const Eigen::Vec
       double value = 0;
       if (parse_number(word.data(), word.data() + word.size(), value) != word.data() + word.size() ||
           !std::isfinite(value))
-        file.fail_at(line.data(), fmt::format("{} is not a number", quoted(word)));
+        file.fail_at(line.data(), fmt::format("'{}' is not a number", word));
       values.push_back(value);
     }
     if (values.size() != 3 && values.size() != 6)
