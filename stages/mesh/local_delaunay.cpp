@@ -176,11 +176,14 @@ std::vector<Triangle> local_delaunay(const std::vector<Vector3d>& positions, con
     before = candidates.size();
     execution.report("take triangles found twice", static_cast<std::int64_t>(triangles.size() - num_agreed),
                      static_cast<std::int64_t>(num_candidates));
-    std::erase_if(candidates, [&](const Candidate& candidate) {
-      if (!taken.try_take(candidate.corners)) return false;
-      triangles.push_back(candidate.corners);
-      return true;
-    });
+    std::size_t kept = 0;
+    for (const Candidate& candidate : candidates) {
+      if (taken.try_take(candidate.corners))
+        triangles.push_back(candidate.corners);
+      else
+        candidates[kept++] = candidate;
+    }
+    candidates.resize(kept);
   }
   if (counts != nullptr) {
     counts->by_three = static_cast<std::int64_t>(num_agreed);

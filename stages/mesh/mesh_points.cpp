@@ -8,6 +8,7 @@
 #include "stages/common/adjacency.hpp"
 #include "stages/common/mesh_topology.hpp"
 #include "stages/mesh/advancing_front.hpp"
+#include "stages/mesh/refit_normals.hpp"
 
 namespace meshmser {
 namespace {
@@ -43,10 +44,12 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
   MeshedPoints result;
   MeshReport& report = result.report;
 
+  const std::vector<Vector3d> directions =
+      refit_normals(positions, normals.normals, cloud.spacing, options.max_edge, execution);
   std::vector<Triangle> triangles =
       options.method == MeshMethod::kAdvancingFront
           ? advancing_front(positions, options.max_edge, execution)
-          : local_delaunay(positions, normals.normals, cloud.spacing, options.max_edge, execution, &report.votes);
+          : local_delaunay(positions, directions, cloud.spacing, options.max_edge, execution, &report.votes);
   if (smoothed != nullptr) {
     const double bound = options.max_edge * options.max_edge;
     const auto too_long = [&](std::int32_t a, std::int32_t b) {
@@ -59,7 +62,7 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
   if (options.method == MeshMethod::kAdvancingFront)
     triangles = oriented_manifold(std::move(triangles), &report.repair);
   if (options.close_loops >= 3)
-    report.loops = close_loops(triangles, positions, normals.normals, smoothed != nullptr ? &cloud.positions : nullptr,
+    report.loops = close_loops(triangles, positions, directions, smoothed != nullptr ? &cloud.positions : nullptr,
                                options.max_edge, options.close_loops, execution);
   if (triangles.empty())
     throw StageError("mesh: no triangle among " + std::to_string(cloud.num_points()) + " points has edges of at most " +

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -38,5 +39,11 @@ class PointBlocks {
   std::vector<std::int32_t> hashed_block_;  ///< open addressing, -1 empty
   std::uint64_t hash_mask_ = 0;
 };
+
+/// A side for the blocks of a cloud of this spacing (0: not known): three spacings, so that a block and those around it
+/// hold the points that matter to nearly all of its points.
+inline double block_size(double spacing, double max_edge) {
+  return spacing > 0 ? 3 * std::min(spacing, max_edge) : max_edge;
+}
 
 }  // namespace meshmser

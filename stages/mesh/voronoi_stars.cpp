@@ -14,12 +14,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Side of a block in spacings: three are enough for the cells of nearly all points.
-constexpr double kBlockSpacings = 3;
-/// The search radius over max_edge: a triangle with edges up to max_edge may be empty of points only within a circle.
-constexpr double kSearchPerEdge = 1.2;
-/// Largest weight of a point, in squared spacings: far above rounding errors, far below anything measured.
-constexpr double kTieWeight = 1e-5;
+/// The search radius over max_edge: circumcircles of up to max_edge in radius are seen to be empty.
+constexpr double kSearchPerEdge = 2.0;
+/// Largest weight of a point, in squared sides of a block: far above rounding errors, far below anything measured.
+constexpr double kTieWeight = 1e-6;
 
 /// A number in 0 .. 1 that depends on the point's index alone (SplitMix64).
 double tie_weight(std::int32_t point) {
@@ -252,9 +250,9 @@ void tangent_frame(const Vector3d& normal, Vector3d& u, Vector3d& v) {
 
 VoronoiStars make_voronoi_stars(const std::vector<Vector3d>& positions, const std::vector<Vector3d>& normals,
                                 double spacing, double max_edge, const Execution& execution) {
-  const double pace = spacing > 0 ? std::min(spacing, max_edge) : max_edge / kBlockSpacings;
+  const double size = block_size(spacing, max_edge);
   execution.report("sort points into blocks", 0, 0);
-  const PointBlocks blocks(positions, kBlockSpacings * pace);
+  const PointBlocks blocks(positions, size);
   execution.check();
 
   struct Chunk {
@@ -266,7 +264,7 @@ VoronoiStars make_voronoi_stars(const std::vector<Vector3d>& positions, const st
   parallel_chunks(blocks.num_blocks(), kGrain, "find neighbours in tangent planes", execution,
                   [&](std::int64_t begin, std::int64_t end) {
                     Chunk& chunk = chunks[static_cast<std::size_t>(begin / kGrain)];
-                    StarMaker maker(positions, normals, blocks, kTieWeight * pace * pace, max_edge);
+                    StarMaker maker(positions, normals, blocks, kTieWeight * size * size, max_edge);
                     for (std::int64_t block = begin; block < end; ++block)
                       maker.make_block(block, chunk.neighbours, chunk.states, chunk.counts);
                     chunk.neighbours.shrink_to_fit();
