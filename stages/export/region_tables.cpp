@@ -1,0 +1,111 @@
+#include <cmath>
+
+#include "pipeline/formats/output_file.hpp"
+#include "stages/export/export_files.hpp"
+
+namespace meshmser {
+namespace {
+
+const char* name_of(Polarity polarity) {
+  return polarity == Polarity::kUpper ? "upper" : "lower";
+}
+
+/// Comma-separated cells of one row after the other.
+class Table {
+ public:
+  Table(const std::filesystem::path& path, std::string_view header) : file_(path) {
+    file_.text(header);
+    file_.character('\n');
+  }
+  template <class Value>
+  Table& operator<<(const Value& value) {
+    if (!first_) file_.character(',');
+    first_ = false;
+    if constexpr (std::is_convertible_v<Value, std::string_view>) {
+      file_.text(value);
+    } else if constexpr (std::is_floating_point_v<Value>) {
+      file_.number(static_cast<double>(value));
+    } else {
+      file_.number(static_cast<std::int64_t>(value));
+    }
+    return *this;
+  }
+  Table& operator<<(const Eigen::Vector3d& v) { return *this << v.x() << v.y() << v.z(); }
+  void end_row() {
+    file_.character('\n');
+    first_ = true;
+  }
+  void finish() { file_.finish(); }
+
+ private:
+  OutputFile file_;
+  bool first_ = true;
+};
+
+}  // namespace
+
+void write_regions_csv(const std::filesystem::path& path, const Segmentation& segmentation, const BorderSet* borders,
+                       const Eigen::Vector3d& origin) {
+  std::vector<double> level_length(segmentation.regions.size() + 1, 0), hole_length(level_length);
+  if (borders != nullptr)
+    for (std::size_t l = 0; l < borders->regions.num_loops(); ++l) {
+      const auto owner = static_cast<std::size_t>(borders->regions.owner_of_loop[l]);
+      level_length[owner] += borders->regions.level_length_of_loop[l];
+      hole_length[owner] += borders->regions.hole_length_of_loop[l];
+    }
+  Table table(path,
+              "label,polarity,node,parent,level,high_level,value,triangles,area,stability,persistence,contrast,border_"
+              "length,hole_length,"
+              "scalar_mean,scalar_min,scalar_max,scalar_deviation,x,y,z,nx,ny,nz");
+  for (std::size_t i = 0; i < segmentation.regions.size(); ++i) {
+    const Region& region = segmentation.regions[i];
+    table << i + 1 << name_of(region.polarity) << region.node << region.parent << region.low_level << region.high_level
+          << region.value << region.num_triangles << region.area << region.stability << region.persistence
+          << region.contrast;
+    if (borders != nullptr) {
+      table << level_length[i + 1] << hole_length[i + 1];
+    } else {
+      table << ""
+            << "";
+    }
+    table << region.scalar_mean << region.scalar_min << region.scalar_max << region.scalar_deviation
+          << Eigen::Vector3d(region.centroid + origin) << region.mean_normal;
+    table.end_row();
+  }
+  table.finish();
+}
+
+void write_labels_csv(const std::filesystem::path& path, const Segmentation& segmentation) {
+  std::vector<std::int64_t> triangles(segmentation.region_of_label.size(), 0);
+  for (const std::int32_t label : segmentation.label_of_triangle) ++triangles[static_cast<std::size_t>(label)];
+  Table table(path, "label,region,triangles,area");
+  for (std::size_t label = 1; label < segmentation.region_of_label.size(); ++label) {
+    table << label << segmentation.region_of_label[label] << triangles[label] << segmentation.area_of_label[label];
+    table.end_row();
+  }
+  table.finish();
+}
+
+void write_tree_csv(const std::filesystem::path& path, const LevelSetTrees& trees, const Segmentation* segmentation) {
+  Table table(path, "polarity,node,parent,level,high_level,value,high_value,area,region");
+  for (const ComponentTree& tree : trees.trees) {
+    std::vector<std::int32_t> region_of_node(tree.num_nodes(), 0);
+    if (segmentation != nullptr)
+      for (std::size_t i = 0; i < segmentation->regions.size(); ++i)
+        if (segmentation->regions[i].polarity == tree.polarity && segmentation->regions[i].node >= 0)
+          region_of_node[static_cast<std::size_t>(segmentation->regions[i].node)] = static_cast<std::int32_t>(i + 1);
+    const double sign = tree.polarity == Polarity::kUpper ? 1 : -1;
+    for (std::size_t n = 0; n < tree.num_nodes(); ++n) {
+      const std::int32_t low = tree.lo(static_cast<std::int32_t>(n)), high = tree.hi_of_node[n];
+      table << name_of(tree.polarity) << n << tree.parent_of_node[n] << low << high
+            << sign * tree.levels[static_cast<std::size_t>(low - 1)]
+            << sign * tree.levels[static_cast<std::size_t>(high - 1)]
+            << std::ldexp(static_cast<double>(tree.area_of_node[n]), -tree.area_exponent_of_node[n])
+            << region_of_node[n];
+      table.end_row();
+    }
+  }
+  table.finish();
+}
+
+}  // namespace meshmser
