@@ -14,6 +14,11 @@
 namespace meshmser {
 namespace {
 
+/// Where a level's triangles wait: taken are those before `head`, waiting those before `tail`, in the queue array.
+struct Segment {
+  std::int32_t head = 0, tail = 0;
+};
+
 /// A node whose triangles are still being met.
 struct OpenNode {
   std::int32_t level;
@@ -33,19 +38,28 @@ class Flood {
   Flood(std::span<const std::int32_t> twins, std::span<const std::int32_t> levels, std::int32_t num_levels,
         ComponentTree& tree)
       : twins_(twins), levels_(levels), waiting_(static_cast<std::size_t>(num_levels) + 1), tree_(tree) {
-    const std::size_t size = static_cast<std::size_t>(num_levels) + 2;
-    head_.assign(size, 0);
-    for (const std::int32_t level : levels) ++head_[static_cast<std::size_t>(level) + 1];
-    // Level 0 is in no node: its triangles never wait, and their segment has no room.
+    // One pass: the histogram of levels, and level 0, which is in no node, marked as seen.
+    const std::size_t n = levels.size();
+    segments_.resize(static_cast<std::size_t>(num_levels) + 2);
+    seen_.assign(n / 64 + 1, 0);
+    for (std::size_t begin = 0; begin < n; begin += 64) {
+      std::uint64_t without_level = 0;
+      const std::size_t end = std::min(n, begin + 64);
+      for (std::size_t t = begin; t < end; ++t) {
+        const auto level = static_cast<std::uint32_t>(levels[t]);
+        if (level > static_cast<std::uint32_t>(num_levels))
+          throw StageError("the level of triangle " + std::to_string(t) + " is " + std::to_string(levels[t]) +
+                           ", outside 0 .. " + std::to_string(num_levels) + ", the number of levels");
+        ++segments_[level + 1].head;
+        without_level |= static_cast<std::uint64_t>(level == 0) << (t - begin);
+      }
+      seen_[begin / 64] = without_level;
+    }
+    segments_[1].head = 0;  // level 0 never waits: its segment has no room
     std::int32_t sum = 0;
-    head_[1] = 0;
-    for (std::size_t l = 1; l < size; ++l) sum = head_[l] += sum;
-    head_.pop_back();
-    tail_ = head_;
+    for (Segment& segment : segments_) segment.head = segment.tail = sum += segment.head;
+    segments_.pop_back();
     queue_.resize(static_cast<std::size_t>(sum));
-    seen_.assign(levels.size() / 64 + 1, 0);
-    for (std::size_t t = 0; t < levels.size(); ++t)
-      if (levels[t] == 0) seen_[t / 64] |= std::uint64_t{1} << (t % 64);
   }
 
   void run(const Execution& execution) {
@@ -62,12 +76,13 @@ class Flood {
  private:
   void put(std::int32_t triangle, std::int32_t level) {
     const auto l = static_cast<std::size_t>(level);
-    if (head_[l] == tail_[l]) waiting_.set(l);
-    queue_[static_cast<std::size_t>(tail_[l]++)] = triangle;
+    waiting_.set(l);
+    __builtin_prefetch(&twins_[3 * static_cast<std::size_t>(triangle)]);
+    queue_[static_cast<std::size_t>(segments_[l].tail++)] = triangle;
   }
 
   void open(std::int32_t level, std::int32_t first_node) {
-    open_.push_back({level, first_node, head_[static_cast<std::size_t>(level)]});
+    open_.push_back({level, first_node, segments_[static_cast<std::size_t>(level)].head});
   }
 
   /// Gives the top node its id, its triangles and its children; returns the first node of its subtree.
@@ -82,7 +97,7 @@ class Flood {
     for (std::int32_t child = id - 1; child >= node.first_node;
          child = tree_.first_node_of_subtree[static_cast<std::size_t>(child)] - 1)
       tree_.parent_of_node[static_cast<std::size_t>(child)] = id;
-    const std::int32_t end = head_[static_cast<std::size_t>(node.level)];
+    const std::int32_t end = segments_[static_cast<std::size_t>(node.level)].head;
     for (std::int32_t i = node.first_taken; i < end; ++i)
       tree_.node_of_triangle[static_cast<std::size_t>(queue_[static_cast<std::size_t>(i)])] = id;
     return node.first_node;
@@ -95,7 +110,7 @@ class Flood {
     open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
     while (true) {
       const auto l = static_cast<std::size_t>(current);
-      if (head_[l] < tail_[l]) {
+      if (segments_[l].head < segments_[l].tail) {
         const std::int32_t highest = take(current);
         if (highest > current) {
           current = highest;
@@ -118,12 +133,12 @@ class Flood {
   /// Takes one triangle of the current level and puts its neighbours that were not met before; returns the highest
   /// level put, or the current one.
   std::int32_t take(std::int32_t current) {
-    const auto l = static_cast<std::size_t>(current);
-    const std::int32_t place = head_[l]++;
-    if (place + kAdjacencyAhead < tail_[l])
+    Segment& segment = segments_[static_cast<std::size_t>(current)];
+    const std::int32_t place = segment.head++;
+    if (place + kAdjacencyAhead < segment.tail)
       __builtin_prefetch(
           &twins_[3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place + kAdjacencyAhead)])]);
-    if (place + kLevelsAhead < tail_[l]) {
+    if (place + kLevelsAhead < segment.tail) {
       const std::size_t h = 3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place + kLevelsAhead)]);
       for (std::size_t k = 0; k < 3; ++k) {
         const auto neighbour = static_cast<std::size_t>(std::max(twins_[h + k], 0)) / 3;
@@ -154,12 +169,13 @@ class Flood {
       word |= bit;
       put(neighbour, level);
     }
-    if (again) --head_[l];
+    if (again) --segment.head;
     return highest;
   }
 
   std::span<const std::int32_t> twins_, levels_;
-  std::vector<std::int32_t> head_, tail_, queue_;
+  std::vector<Segment> segments_;  ///< a level
+  std::vector<std::int32_t> queue_;
   std::vector<std::uint64_t> seen_;
   LevelBitmap waiting_;
   std::vector<OpenNode> open_;
@@ -169,37 +185,48 @@ class Flood {
 /// Exact areas of the nodes (SEMANTICS 6): own triangles first, then every node into its parent, children first.
 void sum_areas(std::span<const double> areas, ComponentTree& tree) {
   const std::size_t n = tree.num_nodes();
-  // Of a root: number of triangles and greatest area in its interval of nodes.
-  std::vector<std::int32_t> count(n, 0);
-  std::vector<double> greatest(n, 0);
-  tree.area_of_node.assign(n, 0);
-  tree.area_exponent_of_node.assign(n, 0);
-  for (std::size_t t = 0; t < areas.size(); ++t) {
-    if (!(areas[t] >= 0) || !std::isfinite(areas[t]))
+  for (std::size_t t = 0; t < areas.size(); ++t)
+    if (!(areas[t] >= 0 && areas[t] <= std::numeric_limits<double>::max()))
       throw StageError("the area of triangle " + std::to_string(t) +
                        " is not a finite number >= 0; check the coordinates of its corners");
-    const std::int32_t node = tree.node_of_triangle[t];
-    if (node < 0) continue;
-    ++count[static_cast<std::size_t>(node)];
-    double& g = greatest[static_cast<std::size_t>(node)];
-    if (areas[t] > g) g = areas[t];
+  // Roots in order; the nodes of root r are those after root r - 1 up to itself.
+  std::vector<std::int32_t> roots;
+  for (std::size_t i = 0; i < n; ++i)
+    if (tree.parent_of_node[i] < 0) roots.push_back(static_cast<std::int32_t>(i));
+  std::vector<std::int64_t> count(roots.size(), 0);
+  std::vector<double> greatest(roots.size(), 0);
+  if (roots.size() == 1) {
+    for (std::size_t t = 0; t < areas.size(); ++t) {
+      const bool in_tree = tree.node_of_triangle[t] >= 0;
+      count[0] += in_tree;
+      greatest[0] = std::max(greatest[0], in_tree ? areas[t] : 0.0);
+    }
+  } else {
+    // Only here it matters which root a triangle is under.
+    std::vector<std::int32_t> root_of_node(n);
+    for (std::size_t i = 0, r = 0; i < n; ++i) {
+      root_of_node[i] = static_cast<std::int32_t>(r);
+      r += tree.parent_of_node[i] < 0;
+    }
+    for (std::size_t t = 0; t < areas.size(); ++t) {
+      if (tree.node_of_triangle[t] < 0) continue;
+      const auto r = static_cast<std::size_t>(root_of_node[static_cast<std::size_t>(tree.node_of_triangle[t])]);
+      ++count[r];
+      greatest[r] = std::max(greatest[r], areas[t]);
+    }
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::int32_t parent = tree.parent_of_node[i];
-    if (parent < 0) continue;
-    count[static_cast<std::size_t>(parent)] += count[i];
-    greatest[static_cast<std::size_t>(parent)] = std::max(greatest[static_cast<std::size_t>(parent)], greatest[i]);
+  tree.area_of_node.assign(n, 0);
+  tree.area_exponent_of_node.resize(n);
+  for (std::size_t i = 0, r = 0; i < n; ++i) {
+    tree.area_exponent_of_node[i] = area_exponent(count[r], greatest[r]);
+    r += tree.parent_of_node[i] < 0;
   }
-  for (std::size_t i = n; i-- > 0;) {
-    const std::int32_t parent = tree.parent_of_node[i];
-    tree.area_exponent_of_node[i] = parent < 0 ? area_exponent(count[i], greatest[i])
-                                               : tree.area_exponent_of_node[static_cast<std::size_t>(parent)];
-  }
+  const std::int32_t only_exponent = roots.size() == 1 ? tree.area_exponent_of_node[0] : 0;
   for (std::size_t t = 0; t < areas.size(); ++t) {
-    const std::int32_t node = tree.node_of_triangle[t];
-    if (node < 0) continue;
-    tree.area_of_node[static_cast<std::size_t>(node)] +=
-        area_in_units(areas[t], tree.area_exponent_of_node[static_cast<std::size_t>(node)]);
+    if (tree.node_of_triangle[t] < 0) continue;
+    const auto node = static_cast<std::size_t>(tree.node_of_triangle[t]);
+    tree.area_of_node[node] +=
+        area_in_units(areas[t], roots.size() == 1 ? only_exponent : tree.area_exponent_of_node[node]);
   }
   for (std::size_t i = 0; i < n; ++i) {
     const std::int32_t parent = tree.parent_of_node[i];
@@ -220,11 +247,7 @@ ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::spa
   if (n > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / 3)
     throw StageError("a mesh of " + std::to_string(n) +
                      " triangles is too large: half-edge ids end at 715827882 triangles; split the mesh");
-  bool in_range = num_levels >= 0;
-  for (const std::int32_t level : level_of_triangle)
-    in_range &= static_cast<std::uint32_t>(level) <= static_cast<std::uint32_t>(num_levels);
-  if (!in_range)
-    throw StageError("a triangle's level is outside 0 .. " + std::to_string(num_levels) + ", the number of levels");
+  if (num_levels < 0) throw StageError("the number of levels is negative");
   ComponentTree tree;
   tree.node_of_triangle.assign(n, -1);
   Flood(twins, level_of_triangle, num_levels, tree).run(execution);
