@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "stages/common/parallel.hpp"
-#include "stages/common/ray_scene.hpp"
+#include "stages/export/drawing.hpp"
 
 namespace meshmser {
 namespace {
@@ -23,29 +23,6 @@ constexpr Colour kInk = {30, 30, 34};
 
 /// Colour of the point with weights u, v of corners 1 and 2 of a triangle.
 using SurfaceColour = std::function<Colour(std::int32_t triangle, double u, double v)>;
-
-Eigen::Vector3d triangle_normal(const TriangleMesh& mesh, std::int32_t triangle) {
-  const auto& [a, b, c] = mesh.triangles[static_cast<std::size_t>(triangle)];
-  const auto& p = mesh.positions;
-  const Eigen::Vector3d origin = p[static_cast<std::size_t>(a)];
-  return (p[static_cast<std::size_t>(b)] - origin).cross(p[static_cast<std::size_t>(c)] - origin);
-}
-
-/// Mean of the triangles' normals by area: length 1 for a flat sheet, 0 for a closed surface.
-Eigen::Vector3d mean_normal(const TriangleMesh& mesh) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double area = 0;
-  for (std::size_t t = 0; t < mesh.num_triangles(); ++t) {
-    const Eigen::Vector3d normal = triangle_normal(mesh, static_cast<std::int32_t>(t));
-    sum += normal;
-    area += normal.norm();
-  }
-  return area > 0 ? Eigen::Vector3d(sum / area) : Eigen::Vector3d::Zero();
-}
-
-bool is_sheet(const Eigen::Vector3d& mean) {
-  return mean.norm() > 0.5;
-}
 
 View make_view(const std::string& name, const Eigen::Vector3d& direction, const Eigen::Vector3d& upward) {
   const Eigen::Vector3d along = direction.normalized();
@@ -84,8 +61,8 @@ struct Raster {
   }
 };
 
-Raster cast_rays(const TriangleMesh& mesh, const RayScene& scene, const View& view, int width, int height,
-                 const Execution& execution) {
+Raster cast_rays(const Drawing& drawing, const View& view, int width, int height, const Execution& execution) {
+  const TriangleMesh& mesh = drawing.mesh;
   Raster raster;
   raster.direction = view.direction;
   raster.up = view.up;
@@ -112,30 +89,15 @@ Raster cast_rays(const TriangleMesh& mesh, const RayScene& scene, const View& vi
   parallel_chunks(raster.height, 16, "render", execution, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < end; ++y)
       for (int x = 0; x < raster.width; ++x)
-        raster.hits[raster.index(x, y)] = scene.intersect(raster.ray_start(x, y), raster.direction);
+        raster.hits[raster.index(x, y)] = drawing.scene.intersect(raster.ray_start(x, y), raster.direction);
   });
   return raster;
 }
 
-/// Unit normal at a hit, toward the eye. Vertex normals where the mesh has them, unless they stray far from the
-/// triangle.
-Eigen::Vector3d shading_normal(const TriangleMesh& mesh, const RayScene::Hit& hit, const Eigen::Vector3d& direction) {
-  Eigen::Vector3d flat = triangle_normal(mesh, hit.triangle).normalized();
-  if (flat.dot(direction) > 0) flat = -flat;
-  if (mesh.normals.size() != mesh.num_vertices()) return flat;
-  const auto& [a, b, c] = mesh.triangles[static_cast<std::size_t>(hit.triangle)];
-  Eigen::Vector3d smooth = mesh.normals[static_cast<std::size_t>(a)] * (1 - hit.u - hit.v) +
-                           mesh.normals[static_cast<std::size_t>(b)] * hit.u +
-                           mesh.normals[static_cast<std::size_t>(c)] * hit.v;
-  if (smooth.dot(flat) < 0) smooth = -smooth;
-  const double length = smooth.norm();
-  return length > 0 && smooth.dot(flat) > 0.5 * length ? Eigen::Vector3d(smooth / length) : flat;
-}
-
 /// Open share of the sky above each pixel's surface, 0 .. 1, blurred over 4 x 4 pixels of similar depth to hide the
 /// noise of few rays. Directions are a fixed pattern by pixel, so the picture is always the same.
-std::vector<float> ambient_light(const TriangleMesh& mesh, const RayScene& scene, const Raster& raster, double reach,
-                                 int rays, const Execution& execution) {
+std::vector<float> ambient_light(const Drawing& drawing, const Raster& raster, int rays, const Execution& execution) {
+  const double reach = kAmbientReach * drawing.diagonal;
   const int width = raster.width / kSamples, height = raster.height / kSamples;
   std::vector<float> open(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 1.0f);
   if (rays <= 0) return open;
@@ -151,10 +113,11 @@ std::vector<float> ambient_light(const TriangleMesh& mesh, const RayScene& scene
       for (int x = 0; x < width; ++x) {
         const RayScene::Hit& hit = pixel_hit(x, y);
         if (hit.triangle < 0) continue;
-        const Eigen::Vector3d normal = shading_normal(mesh, hit, raster.direction);
+        const Eigen::Vector3d normal = drawing.normal_toward_eye(hit, raster.direction);
         const Eigen::Vector3d tangent = normal.unitOrthogonal(), bitangent = normal.cross(tangent);
         const Eigen::Vector3d at = raster.ray_start(x * kSamples, y * kSamples) + raster.direction * hit.distance +
-                                   (normal - raster.direction) * (0.5 * raster.sample_size);
+                                   (normal - raster.direction) * (0.5 * raster.sample_size) +
+                                   normal * drawing.roughness;
         const int cell = (x % 4) + 4 * (y % 4);
         int free = 0;
         for (int ray = 0; ray < rays; ++ray) {
@@ -164,7 +127,7 @@ std::vector<float> ambient_light(const TriangleMesh& mesh, const RayScene& scene
           const double radius = std::sqrt(height_share);
           const Eigen::Vector3d toward = tangent * (radius * std::cos(angle)) + bitangent * (radius * std::sin(angle)) +
                                          normal * std::sqrt(1 - height_share);
-          free += scene.occluded(at, toward, 0, reach) ? 0 : 1;
+          free += drawing.scene.occluded(at, toward, 0, reach) ? 0 : 1;
         }
         raw[pixel_index(x, y)] = static_cast<float>(free) / static_cast<float>(rays);
       }
@@ -255,11 +218,10 @@ void draw_scale_bar(Image& image, double pixel_size, const std::string& unit) {
             unit.empty() ? fmt::format("{:g}", length) : fmt::format("{:g} {}", length, unit), 2, kInk);
 }
 
-Image render_view(const TriangleMesh& mesh, const RayScene& scene, const View& view, const SurfaceColour& colour_at,
-                  const BorderLines& lines, double diagonal, const RenderOptions& options, const Execution& execution) {
-  const Raster raster = cast_rays(mesh, scene, view, options.panel_width, options.panel_height, execution);
-  const std::vector<float> open =
-      ambient_light(mesh, scene, raster, kAmbientReach * diagonal, options.ambient_rays, execution);
+Image render_view(const Drawing& drawing, const View& view, const SurfaceColour& colour_at, const BorderLines& lines,
+                  const RenderOptions& options, const Execution& execution) {
+  const Raster raster = cast_rays(drawing, view, options.panel_width, options.panel_height, execution);
+  const std::vector<float> open = ambient_light(drawing, raster, options.ambient_rays, execution);
   const double azimuth = options.light_azimuth * std::numbers::pi / 180,
                elevation = options.light_elevation * std::numbers::pi / 180;
   const Eigen::Vector3d light =
@@ -271,13 +233,13 @@ Image render_view(const TriangleMesh& mesh, const RayScene& scene, const View& v
       for (int x = 0; x < raster.width; ++x) {
         const RayScene::Hit& hit = raster.hits[raster.index(x, y)];
         if (hit.triangle < 0) continue;
-        const Eigen::Vector3d normal = shading_normal(mesh, hit, raster.direction);
+        const Eigen::Vector3d normal = drawing.normal_toward_eye(hit, raster.direction);
         const double sky = open[static_cast<std::size_t>(y / kSamples) * static_cast<std::size_t>(options.panel_width) +
                                 static_cast<std::size_t>(x / kSamples)];
         double brightness = sky * (0.34 + 0.34 * -normal.dot(raster.direction)) +
                             0.48 * std::max(0.0, normal.dot(light)) * (0.4 + 0.6 * sky);
         // The inside of an open surface is told apart: darker.
-        if (triangle_normal(mesh, hit.triangle).dot(raster.direction) > 0) brightness *= 0.62;
+        if (drawing.normal_at(hit).dot(raster.direction) > 0.1) brightness *= 0.62;
         Colour colour = colour_at(hit.triangle, hit.u, hit.v);
         for (std::uint8_t& channel : colour)
           channel = static_cast<std::uint8_t>(std::lround(std::clamp(channel * brightness * 1.08, 0.0, 255.0)));
@@ -303,21 +265,15 @@ Image render(const TriangleMesh& mesh, const SurfaceColour& colour_at, const Bor
   std::vector<View> views;
   for (const std::string& name : options.views.empty() ? default_views(mesh) : options.views)
     views.push_back(view_of_name(name, mesh));
-  const RayScene scene(mesh.positions, mesh.triangles);
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const Eigen::Vector3d& position : mesh.positions) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
-  }
-  const double diagonal = (high - low).norm();
+  const Drawing drawing(mesh);
   const int columns = views.size() > 1 ? 2 : 1, rows = (static_cast<int>(views.size()) + columns - 1) / columns;
   const int title_height = options.title.empty() ? 0 : 40, legend_height = 56;
   Image image(columns * options.panel_width, title_height + rows * options.panel_height + legend_height, kPaper);
   if (!options.title.empty()) draw_text(image, kMargin, 14, options.title, 2, kInk);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
-    image.paste(render_view(mesh, scene, views[i], colour_at, lines, diagonal, options, execution),
-                column * options.panel_width, title_height + row * options.panel_height);
+    image.paste(render_view(drawing, views[i], colour_at, lines, options, execution), column * options.panel_width,
+                title_height + row * options.panel_height);
   }
   const int y = title_height + rows * options.panel_height;
   image.fill_rectangle(0, y, image.width, 1, {225, 225, 225});
@@ -352,15 +308,14 @@ const std::vector<std::string>& view_names() {
 
 View view_of_name(const std::string& name, const TriangleMesh& mesh) {
   if (name == "best") {
-    const Eigen::Vector3d mean = mean_normal(mesh);
-    if (!is_sheet(mean)) {
+    const Eigen::Vector3d facing = facing_of_sheet(mesh);
+    if (facing.isZero()) {
       View view = view_of_name("iso", mesh);
       view.name = name;
       return view;
     }
     // The scan's own y stays up, as in the scanner's picture; z where the sheet faces along y.
-    const Eigen::Vector3d normal = mean.normalized();
-    return make_view(name, -normal, std::abs(normal.y()) < 0.8 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ());
+    return make_view(name, -facing, std::abs(facing.y()) < 0.8 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ());
   }
   for (const NamedView& view : kNamedViews)
     if (name == view.name)
@@ -370,7 +325,7 @@ View view_of_name(const std::string& name, const TriangleMesh& mesh) {
 }
 
 std::vector<std::string> default_views(const TriangleMesh& mesh) {
-  if (is_sheet(mean_normal(mesh))) return {"best"};
+  if (!facing_of_sheet(mesh).isZero()) return {"best"};
   return {"iso", "iso_back", "top", "iso_below"};
 }
 

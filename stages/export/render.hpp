@@ -26,8 +26,8 @@ struct View {
 /// best.
 const std::vector<std::string>& view_names();
 
-/// The view called `name`. `best` looks at a sheet-like mesh along its mean normal, the longest axis across the
-/// picture, and at a solid like iso. Throws UsageError for an unknown name.
+/// The view called `name`. `best` looks at a sheet-like mesh along its mean normal (walls at its rim left out), with
+/// the scan's own y up, and at a solid like iso. Throws UsageError for an unknown name.
 View view_of_name(const std::string& name, const TriangleMesh& mesh);
 
 /// What shows a mesh well: best alone for a sheet-like mesh (area-weighted mean normal longer than 0.5), else iso,
