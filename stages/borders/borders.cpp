@@ -26,20 +26,15 @@ struct RimLevels {
   std::int64_t num_loops_dropped = 0;    ///< pairs of a region and a rim it holds whole
 };
 
-RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree,
+RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, std::span<const std::int32_t> levels,
                     std::span<const std::int32_t> num_regions_of_node) {
   RimLevels rims;
   for (std::size_t h = 0; h < surface.twins.size(); ++h)
-    if (surface.twins[h] < 0 && tree.node_of_triangle[h / 3] >= 0)
-      rims.half_edges.push_back(static_cast<std::int32_t>(h));
+    if (surface.twins[h] < 0 && levels[h / 3] > 0) rims.half_edges.push_back(static_cast<std::int32_t>(h));
   rims.least.assign(rims.half_edges.size(), kNone);
   auto index_of = [&](std::int32_t half_edge) {
     return static_cast<std::size_t>(std::lower_bound(rims.half_edges.begin(), rims.half_edges.end(), half_edge) -
                                     rims.half_edges.begin());
-  };
-  auto level_of = [&](std::int32_t triangle) {
-    const std::int32_t node = tree.node_of_triangle[at(triangle)];
-    return node < 0 ? 0 : tree.hi_of_node[at(node)];
   };
   std::vector<std::size_t> loop;
   for (std::size_t i = 0; i < rims.half_edges.size(); ++i) {
@@ -53,7 +48,7 @@ RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree,
       if (place < rims.half_edges.size() && rims.half_edges[place] == half_edge) loop.push_back(place);
       std::int32_t out = next_half_edge(half_edge);
       while (true) {
-        const std::int32_t level = level_of(triangle_of_half_edge(out));
+        const std::int32_t level = levels[at(triangle_of_half_edge(out))];
         if (level < least) {
           least = level;
           least_triangle = triangle_of_half_edge(out);
@@ -106,8 +101,15 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
   }
   std::vector<std::int32_t> lo_of_region(nodes.size());
   for (std::size_t r = 0; r < nodes.size(); ++r) lo_of_region[r] = tree.lo(nodes[r]);
+  // Of each node: lo of its smallest region, 0 for none.
+  std::vector<std::int32_t> lo_of_node(num_nodes, 0);
+  for (std::size_t node = 0; node < num_nodes; ++node)
+    if (region_of_node[node] != kNone) lo_of_node[node] = lo_of_region[at(region_of_node[node])];
+  std::vector<std::int32_t> levels(num_triangles, 0);
+  for (std::size_t t = 0; t < num_triangles; ++t)
+    if (tree.node_of_triangle[t] >= 0) levels[t] = tree.hi_of_node[at(tree.node_of_triangle[t])];
 
-  const RimLevels rims = walk_rims(surface, tree, num_regions_of_node);
+  const RimLevels rims = walk_rims(surface, tree, levels, num_regions_of_node);
   // Triangles a and b that touch are in one component at the lower of their levels, so one node is an ancestor of the
   // other, and the regions with a but not b are those met climbing from a's until lo is not above b's level.
   std::vector<Emitted> emitted;
@@ -117,19 +119,18 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
     if (t % (1 << 16) == 0) execution.check();
     const std::int32_t node = tree.node_of_triangle[t];
     if (node < 0) continue;
-    const std::int32_t smallest = region_of_node[at(node)];
+    const std::int32_t lo = lo_of_node[at(node)];
     for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
       const std::int32_t twin = surface.twins[h];
-      std::int32_t level_behind;
-      if (twin < 0) {
+      std::int32_t level_behind = 0;
+      if (twin >= 0) {
+        level_behind = levels[at(triangle_of_half_edge(twin))];
+      } else {
         while (rims.half_edges[rim] != static_cast<std::int32_t>(h)) ++rim;
         level_behind = rims.least[rim];
-      } else {
-        const std::int32_t behind = tree.node_of_triangle[at(twin / 3)];
-        if (behind == node) continue;
-        level_behind = behind < 0 ? 0 : tree.hi_of_node[at(behind)];
       }
-      for (std::int32_t region = smallest; region != kNone && lo_of_region[at(region)] > level_behind;
+      if (level_behind >= lo) continue;
+      for (std::int32_t region = region_of_node[at(node)]; region != kNone && lo_of_region[at(region)] > level_behind;
            region = outer_of_region[at(region)]) {
         emitted.push_back({region, static_cast<std::int32_t>(h)});
         ++first_of_region[at(region) + 1];
@@ -144,6 +145,9 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
 
   LoopTracer tracer(surface);
   BorderLoops loops;
+  loops.half_edges.reserve(half_edges.size());
+  loops.kinds.reserve(half_edges.size());
+  loops.neighbours.reserve(half_edges.size());
   loops.first_edge_of_loop.push_back(0);
   for (std::size_t r = 0; r < nodes.size(); ++r) {
     execution.check();
@@ -151,11 +155,7 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
                                             static_cast<std::size_t>(first_of_region[r + 1] - first_of_region[r]));
     const std::int32_t lo = lo_of_region[r];
     tracer.trace(
-        own, number_of_node[at(nodes[r])],
-        [&](std::int32_t triangle) {
-          const std::int32_t node = tree.node_of_triangle[at(triangle)];
-          return node >= 0 && tree.hi_of_node[at(node)] >= lo;
-        },
+        own, number_of_node[at(nodes[r])], [&](std::int32_t triangle) { return levels[at(triangle)] >= lo; },
         number_behind, loops);
   }
   loops.num_hole_loops_dropped += rims.num_loops_dropped;

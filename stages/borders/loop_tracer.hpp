@@ -27,82 +27,84 @@ class LoopTracer {
     edges_.clear();
     for (const std::int32_t first : border) {
       if ((word(first) & bit(first)) == 0) continue;
-      const std::size_t begin = edges_.size();
-      bool has_level_edge = false;
+      Loop loop{edges_.size(), edges_.size(), edges_.size(), 0, 0};
       std::int32_t half_edge = first;
+      std::int32_t twin = twin_of(half_edge);
+      Eigen::Vector3d from = start_of(half_edge);
+      bool has_level_edge = false;
       do {
         word(half_edge) &= ~bit(half_edge);
-        edges_.push_back(half_edge);
-        has_level_edge |= surface_.twins[static_cast<std::size_t>(half_edge)] >= 0;
-        half_edge = next_half_edge(half_edge);
-        while (true) {
-          const std::int32_t twin = surface_.twins[static_cast<std::size_t>(half_edge)];
-          if (twin < 0 || !inside(triangle_of_half_edge(twin))) break;
+        const std::int32_t after = next_half_edge(half_edge);
+        const Eigen::Vector3d to = start_of(after);
+        if (twin >= 0 && (!has_level_edge || half_edge < edges_[loop.first].half_edge)) loop.first = edges_.size();
+        has_level_edge |= twin >= 0;
+        edges_.push_back({half_edge, twin, (to - from).norm()});
+        from = to;
+        half_edge = after;
+        twin = twin_of(half_edge);
+        while (twin >= 0 && inside(triangle_of_half_edge(twin))) {
           half_edge = next_half_edge(twin);
+          twin = twin_of(half_edge);
         }
       } while (half_edge != first);
-      if (has_level_edge) {
-        found_.push_back(measured(begin));
-      } else {
+      if (!has_level_edge) {
         ++loops.num_hole_loops_dropped;
-        edges_.resize(begin);
+        edges_.resize(loop.begin);
+        continue;
       }
+      loop.end = edges_.size();
+      // Added up from the loop's first half-edge on, so that lengths do not depend on where the walk began.
+      for_each_edge(loop, [&](const Edge& e) { (e.twin < 0 ? loop.hole_length : loop.level_length) += e.length; });
+      found_.push_back(loop);
     }
     std::sort(found_.begin(), found_.end(), [&](const Loop& a, const Loop& b) {
       const double length_a = a.level_length + a.hole_length, length_b = b.level_length + b.hole_length;
-      return length_a != length_b ? length_a > length_b : edges_[a.begin] < edges_[b.begin];
+      return length_a != length_b ? length_a > length_b : edges_[a.first].half_edge < edges_[b.first].half_edge;
     });
     for (const Loop& loop : found_) {
       loops.owner_of_loop.push_back(owner);
       loops.level_length_of_loop.push_back(loop.level_length);
       loops.hole_length_of_loop.push_back(loop.hole_length);
-      for (std::size_t i = loop.begin; i < loop.end; ++i) {
-        const std::int32_t twin = surface_.twins[static_cast<std::size_t>(edges_[i])];
-        loops.half_edges.push_back(edges_[i]);
-        loops.kinds.push_back(twin < 0 ? EdgeKind::kHole : EdgeKind::kLevel);
-        loops.neighbours.push_back(twin < 0 ? -1
-                                            : number_behind[static_cast<std::size_t>(triangle_of_half_edge(twin))]);
-      }
+      for_each_edge(loop, [&](const Edge& e) {
+        loops.half_edges.push_back(e.half_edge);
+        loops.kinds.push_back(e.twin < 0 ? EdgeKind::kHole : EdgeKind::kLevel);
+        loops.neighbours.push_back(e.twin < 0 ? -1
+                                              : number_behind[static_cast<std::size_t>(triangle_of_half_edge(e.twin))]);
+      });
       loops.first_edge_of_loop.push_back(static_cast<std::int64_t>(loops.half_edges.size()));
     }
   }
 
  private:
+  struct Edge {
+    std::int32_t half_edge, twin;
+    double length;
+  };
+  /// Edges begin .. end of edges_; the first in order is `first`, the smallest level half-edge.
   struct Loop {
-    std::size_t begin, end;
+    std::size_t begin, end, first;
     double level_length, hole_length;
   };
 
+  template <class Body>
+  void for_each_edge(const Loop& loop, Body&& body) const {
+    for (std::size_t i = loop.first; i < loop.end; ++i) body(edges_[i]);
+    for (std::size_t i = loop.begin; i < loop.first; ++i) body(edges_[i]);
+  }
+
+  std::int32_t twin_of(std::int32_t half_edge) const { return surface_.twins[static_cast<std::size_t>(half_edge)]; }
+  const Eigen::Vector3d& start_of(std::int32_t half_edge) const {
+    const std::int32_t* corners = surface_.triangles.front().data();
+    return surface_.positions[static_cast<std::size_t>(corners[half_edge])];
+  }
   std::uint64_t& word(std::int32_t half_edge) { return pending_[static_cast<std::size_t>(half_edge) / 64]; }
   static std::uint64_t bit(std::int32_t half_edge) {
     return std::uint64_t{1} << (static_cast<std::size_t>(half_edge) % 64);
   }
 
-  /// Turns the loop that begins at `begin` to its smallest level half-edge, then adds its lengths up from there.
-  Loop measured(std::size_t begin) {
-    const auto first = edges_.begin() + static_cast<std::ptrdiff_t>(begin);
-    auto smallest = edges_.end();
-    for (auto i = first; i != edges_.end(); ++i)
-      if (surface_.twins[static_cast<std::size_t>(*i)] >= 0 && (smallest == edges_.end() || *i < *smallest))
-        smallest = i;
-    std::rotate(first, smallest, edges_.end());
-    Loop loop{begin, edges_.size(), 0, 0};
-    for (std::size_t i = begin; i < edges_.size(); ++i) {
-      const std::int32_t half_edge = edges_[i];
-      const auto& c = surface_.triangles[static_cast<std::size_t>(half_edge) / 3];
-      const Eigen::Vector3d& from =
-          surface_.positions[static_cast<std::size_t>(c[static_cast<std::size_t>(half_edge % 3)])];
-      const Eigen::Vector3d& to =
-          surface_.positions[static_cast<std::size_t>(c[static_cast<std::size_t>((half_edge + 1) % 3)])];
-      const double length = (to - from).norm();
-      (surface_.twins[static_cast<std::size_t>(half_edge)] < 0 ? loop.hole_length : loop.level_length) += length;
-    }
-    return loop;
-  }
-
   SurfaceView surface_;
   std::vector<std::uint64_t> pending_;  ///< a bit a half-edge; all clear between regions
-  std::vector<std::int32_t> edges_;
+  std::vector<Edge> edges_;
   std::vector<Loop> found_;
 };
 
