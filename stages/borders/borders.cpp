@@ -2,16 +2,21 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <numeric>
 #include <utility>
 
 #include "stages/borders/loop_tracer.hpp"
 #include "stages/common/adjacency.hpp"
+#include "stages/common/parallel.hpp"
 
 namespace meshmser {
 namespace {
 
 constexpr std::int32_t kNone = -1;
+/// Small enough to share out, large enough to cost nothing.
+constexpr std::int64_t kEdgesPerGroup = 1 << 15;
 
 std::size_t at(std::int32_t i) {
   return static_cast<std::size_t>(i);
@@ -63,6 +68,73 @@ RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, std::
     if (least > 0) rims.num_loops_dropped += num_regions_of_node[at(tree.node_of_triangle[at(least_triangle)])];
   }
   return rims;
+}
+
+/// Loops of owners with the half-edges first_of_owner[i] .. first_of_owner[i + 1], each ascending. Owners are traced in
+/// groups of about as many half-edges each; groups are put together in order, so that threads do not matter.
+template <class NumberOf, class InsideOf>
+BorderLoops trace_all(const SurfaceView& surface, std::span<const std::int32_t> half_edges,
+                      std::span<const std::int64_t> first_of_owner, NumberOf&& number_of, InsideOf&& inside_of,
+                      std::span<const std::int32_t> number_behind, const Execution& execution) {
+  std::vector<std::size_t> first_of_group{0};
+  for (std::size_t i = 0; i + 1 < first_of_owner.size(); ++i)
+    if (first_of_owner[i + 1] - first_of_owner[first_of_group.back()] >= kEdgesPerGroup)
+      first_of_group.push_back(i + 1);
+  if (first_of_group.back() + 1 < first_of_owner.size()) first_of_group.push_back(first_of_owner.size() - 1);
+  const std::size_t num_groups = first_of_group.size() - 1;
+  std::vector<BorderLoops> groups(num_groups);
+  // A tracer holds a bit a half-edge: as many are made as threads work at a time.
+  std::mutex mutex;
+  std::vector<std::unique_ptr<LoopTracer>> idle;
+  parallel_chunks(
+      static_cast<std::int64_t>(num_groups), 1, "borders", execution, [&](std::int64_t begin, std::int64_t) {
+        const auto group = static_cast<std::size_t>(begin);
+        std::unique_ptr<LoopTracer> tracer;
+        {
+          const std::lock_guard lock(mutex);
+          if (!idle.empty()) {
+            tracer = std::move(idle.back());
+            idle.pop_back();
+          }
+        }
+        if (!tracer) tracer = std::make_unique<LoopTracer>(surface);
+        BorderLoops& loops = groups[group];
+        const auto num_edges =
+            static_cast<std::size_t>(first_of_owner[first_of_group[group + 1]] - first_of_owner[first_of_group[group]]);
+        loops.half_edges.reserve(num_edges);
+        loops.kinds.reserve(num_edges);
+        loops.neighbours.reserve(num_edges);
+        loops.first_edge_of_loop.push_back(0);
+        for (std::size_t i = first_of_group[group]; i < first_of_group[group + 1]; ++i)
+          tracer->trace(half_edges.subspan(static_cast<std::size_t>(first_of_owner[i]),
+                                           static_cast<std::size_t>(first_of_owner[i + 1] - first_of_owner[i])),
+                        number_of(i), inside_of(i), number_behind, loops);
+        const std::lock_guard lock(mutex);
+        idle.push_back(std::move(tracer));
+      });
+  if (num_groups == 1) return std::move(groups[0]);
+  BorderLoops all;
+  all.first_edge_of_loop.push_back(0);
+  std::size_t num_edges = 0;
+  for (const BorderLoops& loops : groups) num_edges += loops.half_edges.size();
+  all.half_edges.reserve(num_edges);
+  all.kinds.reserve(num_edges);
+  all.neighbours.reserve(num_edges);
+  for (BorderLoops& loops : groups) {
+    const auto base = static_cast<std::int64_t>(all.half_edges.size());
+    auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(all.owner_of_loop, loops.owner_of_loop);
+    append(all.half_edges, loops.half_edges);
+    append(all.kinds, loops.kinds);
+    append(all.neighbours, loops.neighbours);
+    append(all.level_length_of_loop, loops.level_length_of_loop);
+    append(all.hole_length_of_loop, loops.hole_length_of_loop);
+    for (std::size_t l = 1; l < loops.first_edge_of_loop.size(); ++l)
+      all.first_edge_of_loop.push_back(base + loops.first_edge_of_loop[l]);
+    all.num_hole_loops_dropped += loops.num_hole_loops_dropped;
+    loops = {};
+  }
+  return all;
 }
 
 struct Emitted {
@@ -143,21 +215,12 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
   for (const Emitted& e : emitted) half_edges[static_cast<std::size_t>(place[at(e.region)]++)] = e.half_edge;
   emitted = {};
 
-  LoopTracer tracer(surface);
-  BorderLoops loops;
-  loops.half_edges.reserve(half_edges.size());
-  loops.kinds.reserve(half_edges.size());
-  loops.neighbours.reserve(half_edges.size());
-  loops.first_edge_of_loop.push_back(0);
-  for (std::size_t r = 0; r < nodes.size(); ++r) {
-    execution.check();
-    const std::span<const std::int32_t> own(half_edges.data() + first_of_region[r],
-                                            static_cast<std::size_t>(first_of_region[r + 1] - first_of_region[r]));
-    const std::int32_t lo = lo_of_region[r];
-    tracer.trace(
-        own, number_of_node[at(nodes[r])], [&](std::int32_t triangle) { return levels[at(triangle)] >= lo; },
-        number_behind, loops);
-  }
+  BorderLoops loops = trace_all(
+      surface, half_edges, first_of_region, [&](std::size_t r) { return number_of_node[at(nodes[r])]; },
+      [&](std::size_t r) {
+        return [&levels, lo = lo_of_region[r]](std::int32_t triangle) { return levels[at(triangle)] >= lo; };
+      },
+      number_behind, execution);
   loops.num_hole_loops_dropped += rims.num_loops_dropped;
   return loops;
 }
@@ -188,16 +251,13 @@ BorderLoops extract_label_borders(const SurfaceView& surface, std::span<const st
   for_each_border([&](std::int32_t label, std::int32_t half_edge) {
     half_edges[static_cast<std::size_t>(place[at(label)]++)] = half_edge;
   });
-  LoopTracer tracer(surface);
-  BorderLoops loops;
-  loops.first_edge_of_loop.push_back(0);
-  for (std::int32_t label = 1; label <= num_labels; ++label) {
-    const std::int64_t begin = first_of_label[at(label)], end = first_of_label[at(label) + 1];
-    tracer.trace(
-        {half_edges.data() + begin, static_cast<std::size_t>(end - begin)}, label,
-        [&](std::int32_t triangle) { return label_of_triangle[at(triangle)] == label; }, label_of_triangle, loops);
-  }
-  return loops;
+  return trace_all(
+      surface, half_edges, first_of_label, [](std::size_t label) { return static_cast<std::int32_t>(label); },
+      [&](std::size_t label) {
+        return
+            [=](std::int32_t triangle) { return label_of_triangle[at(triangle)] == static_cast<std::int32_t>(label); };
+      },
+      label_of_triangle, execution);
 }
 
 BorderLoops merge_borders(const BorderLoops& first, const BorderLoops& second) {

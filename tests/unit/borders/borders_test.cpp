@@ -110,6 +110,46 @@ TEST(ExtractLabelBorders, RandomLabelsPassTheChecker) {
   }
 }
 
+TEST(ExtractBorders, SameBytesOnAnyThreads) {
+  // Large enough for many groups of regions: a sheet of random heights.
+  const std::int32_t n = 150;
+  Triangles triangles;
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<double> values;
+  std::mt19937 random(1);
+  for (std::int32_t i = 0; i < (n + 1) * (n + 1); ++i) {
+    positions.emplace_back(i % (n + 1), i / (n + 1), 0);
+    values.push_back(static_cast<double>(random() % 1000));
+  }
+  for (std::int32_t y = 0; y < n; ++y)
+    for (std::int32_t x = 0; x < n; ++x) {
+      const std::int32_t a = y * (n + 1) + x;
+      triangles.push_back({a, a + 1, a + n + 2});
+      triangles.push_back({a, a + n + 2, a + n + 1});
+    }
+  const Built built =
+      build(triangles, positions.size(), levels_of_triangles(triangles, rank_values(values, 1).level_of_vertex, {}));
+  std::vector<std::int32_t> numbers(built.tree.num_nodes());
+  std::iota(numbers.begin(), numbers.end(), 1);
+  const std::vector<std::int32_t> behind(triangles.size(), 0);
+  std::vector<BorderLoops> results;
+  for (const int threads : {1, 2, 7}) {
+    Execution execution;
+    execution.threads = threads;
+    results.push_back(extract_borders({positions, triangles, built.twins}, built.tree, numbers, behind, execution));
+  }
+  ASSERT_GT(results[0].half_edges.size(), 500000u);
+  for (const BorderLoops& other : results) {
+    EXPECT_EQ(other.owner_of_loop, results[0].owner_of_loop);
+    EXPECT_EQ(other.half_edges, results[0].half_edges);
+    EXPECT_EQ(other.neighbours, results[0].neighbours);
+    EXPECT_EQ(other.kinds, results[0].kinds);
+    EXPECT_EQ(other.first_edge_of_loop, results[0].first_edge_of_loop);
+    EXPECT_EQ(other.level_length_of_loop, results[0].level_length_of_loop);
+    EXPECT_EQ(other.hole_length_of_loop, results[0].hole_length_of_loop);
+  }
+}
+
 TEST(ExtractBorders, PinchedVertexPartsTheLoopsInsideTheRegion) {
   // A closed fan of six around vertex 0.
   Triangles triangles;
