@@ -19,7 +19,7 @@ std::size_t at(std::int32_t i) {
   return static_cast<std::size_t>(i);
 }
 
-/// A triangle that two of its corners found.
+/// A triangle that not all of its corners found.
 struct Candidate {
   double squared_radius;  ///< of its circumcircle
   Triangle corners;       ///< least first
@@ -41,14 +41,14 @@ class TakenTriangles {
   TakenTriangles(VoronoiStars& stars, const std::vector<Vector3d>& positions, const std::vector<Vector3d>& normals)
       : stars_(stars), positions_(positions), normals_(normals), first_extra_(positions.size(), -1) {}
 
-  /// Takes the triangle if it shares an edge with a taken one, uses none twice in one direction and overlaps none.
-  bool try_take(const Triangle& t) {
-    bool attached = false;
+  /// Takes the triangle if it shares so many edges with taken ones, uses none twice in one direction and overlaps none.
+  bool try_take(const Triangle& t, int least_shared) {
+    int shared = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       if (uses(t[k], t[(k + 1) % 3])) return false;
-      attached = attached || uses(t[(k + 1) % 3], t[k]);
+      shared += uses(t[(k + 1) % 3], t[k]) ? 1 : 0;
     }
-    if (!attached) return false;
+    if (shared < least_shared) return false;
     for (std::size_t k = 0; k < 3; ++k)
       if (overlaps(t[k], t[(k + 1) % 3], t[(k + 2) % 3])) return false;
     for (std::size_t k = 0; k < 3; ++k) take_at(t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
@@ -128,13 +128,17 @@ std::vector<Triangle> local_delaunay(const std::vector<Vector3d>& positions, con
   // A star is read while its neighbours are looked at from other threads, so agreement is marked in a copy.
   struct Chunk {
     std::vector<Triangle> agreed;
-    std::vector<Candidate> candidates;
+    std::vector<Candidate> twice, once;
   };
   std::vector<Chunk> chunks(static_cast<std::size_t>((num_points + kGrain - 1) / kGrain));
   std::vector<std::uint8_t> states = stars.states;
   const auto finds = [&](std::int32_t p, std::int32_t next, std::int32_t last) {
     const std::int64_t slot = stars.find(p, next);
     return slot >= 0 && stars.state(slot) == VoronoiStars::kFound && stars.neighbour(stars.after(p, slot)) == last;
+  };
+  const auto candidate = [&](std::int32_t p, std::int32_t q, std::int32_t r) {
+    return Candidate{squared_circumradius(positions[at(p)], positions[at(q)], positions[at(r)]),
+                     least_corner_first({p, q, r})};
   };
   parallel_chunks(num_points, kGrain, "compare triangles", execution, [&](std::int64_t begin, std::int64_t end) {
     Chunk& chunk = chunks[static_cast<std::size_t>(begin / kGrain)];
@@ -146,49 +150,62 @@ std::vector<Triangle> local_delaunay(const std::vector<Vector3d>& positions, con
         if (by_q && by_r) {
           states[static_cast<std::size_t>(slot)] = VoronoiStars::kTaken;
           if (p < q && p < r) chunk.agreed.push_back({p, q, r});
+        } else if (!by_q && !by_r) {
+          chunk.once.push_back(candidate(p, q, r));
         } else if ((by_q && p < q) || (by_r && p < r)) {
-          chunk.candidates.push_back({squared_circumradius(positions[at(p)], positions[at(q)], positions[at(r)]),
-                                      least_corner_first({p, q, r})});
+          chunk.twice.push_back(candidate(p, q, r));
         }
       }
     }
   });
   stars.states = std::move(states);
 
-  std::size_t num_agreed = 0, num_candidates = 0;
+  std::size_t num_agreed = 0, num_twice = 0, num_once = 0;
   for (const Chunk& chunk : chunks) {
     num_agreed += chunk.agreed.size();
-    num_candidates += chunk.candidates.size();
+    num_twice += chunk.twice.size();
+    num_once += chunk.once.size();
   }
   std::vector<Triangle> triangles;
-  std::vector<Candidate> candidates;
-  triangles.reserve(num_agreed + num_candidates);
-  candidates.reserve(num_candidates);
+  std::vector<Candidate> twice, once;
+  triangles.reserve(num_agreed + num_twice + num_once);
+  twice.reserve(num_twice);
+  once.reserve(num_once);
   for (Chunk& chunk : chunks) {
     triangles.insert(triangles.end(), chunk.agreed.begin(), chunk.agreed.end());
-    candidates.insert(candidates.end(), chunk.candidates.begin(), chunk.candidates.end());
+    twice.insert(twice.end(), chunk.twice.begin(), chunk.twice.end());
+    once.insert(once.end(), chunk.once.begin(), chunk.once.end());
     chunk = {};
   }
-  std::sort(candidates.begin(), candidates.end());
+  std::sort(twice.begin(), twice.end());
+  std::sort(once.begin(), once.end());
 
   TakenTriangles taken(stars, positions, normals);
-  for (std::size_t before = candidates.size() + 1; candidates.size() < before;) {
-    before = candidates.size();
-    execution.report("take triangles found twice", static_cast<std::int64_t>(triangles.size() - num_agreed),
-                     static_cast<std::int64_t>(num_candidates));
-    std::size_t kept = 0;
-    for (const Candidate& candidate : candidates) {
-      if (taken.try_take(candidate.corners))
-        triangles.push_back(candidate.corners);
-      else
-        candidates[kept++] = candidate;
+  // Goes over the candidates until none fits any more; gives the number taken.
+  const auto take = [&](std::vector<Candidate>& candidates, int least_shared) {
+    const std::size_t before = triangles.size();
+    for (bool any = true; any;) {
+      any = false;
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
+        if (i % kGrain == 0) execution.report("take triangles found twice or once", 0, 0);
+        if (taken.try_take(candidates[i].corners, least_shared)) {
+          triangles.push_back(candidates[i].corners);
+          any = true;
+        } else {
+          candidates[kept++] = candidates[i];
+        }
+      }
+      candidates.resize(kept);
     }
-    candidates.resize(kept);
-  }
+    return static_cast<std::int64_t>(triangles.size() - before);
+  };
+  const std::int64_t by_two = take(twice, 1), by_one = take(once, 2) + take(once, 1);
   if (counts != nullptr) {
     counts->by_three = static_cast<std::int64_t>(num_agreed);
-    counts->by_two = static_cast<std::int64_t>(num_candidates - candidates.size());
-    counts->refused = static_cast<std::int64_t>(candidates.size());
+    counts->by_two = by_two;
+    counts->by_one = by_one;
+    counts->refused = static_cast<std::int64_t>(twice.size() + once.size());
   }
   sort_triangles(triangles);
   return triangles;
