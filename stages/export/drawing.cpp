@@ -70,9 +70,4 @@ Eigen::Vector3d Drawing::normal_at(const RayScene::Hit& hit) const {
   return triangle_normal(mesh, hit.triangle).normalized();
 }
 
-Eigen::Vector3d Drawing::normal_toward_eye(const RayScene::Hit& hit, const Eigen::Vector3d& direction) const {
-  const Eigen::Vector3d normal = normal_at(hit);
-  return normal.dot(direction) > 0 ? Eigen::Vector3d(-normal) : normal;
-}
-
 }  // namespace meshmser

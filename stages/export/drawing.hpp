@@ -28,8 +28,6 @@ struct Drawing {
 
   /// Unit normal at a hit, on the outside of the surface.
   Eigen::Vector3d normal_at(const RayScene::Hit& hit) const;
-  /// The same or its opposite, whichever shows against `direction`.
-  Eigen::Vector3d normal_toward_eye(const RayScene::Hit& hit, const Eigen::Vector3d& direction) const;
 };
 
 }  // namespace meshmser

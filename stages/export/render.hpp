@@ -12,27 +12,9 @@
 #include "pipeline/execution/execution.hpp"
 #include "stages/export/colours.hpp"
 #include "stages/export/image.hpp"
+#include "stages/export/views.hpp"
 
 namespace meshmser {
-
-/// A direction to look along. Cameras are orthographic: lengths can be measured anywhere in the picture.
-struct View {
-  std::string name;
-  Eigen::Vector3d direction;  ///< from the eye to the object, unit length
-  Eigen::Vector3d up;         ///< upward in the picture, at right angles to `direction`
-};
-
-/// Names that view_of_name knows: front (looking along +y), back, left, right, top, bottom, iso, iso_back, iso_below,
-/// best.
-const std::vector<std::string>& view_names();
-
-/// The view called `name`. `best` looks at a sheet-like mesh along its mean normal (walls at its rim left out), with
-/// the scan's own y up, and at a solid like iso. Throws UsageError for an unknown name.
-View view_of_name(const std::string& name, const TriangleMesh& mesh);
-
-/// What shows a mesh well: best alone for a sheet-like mesh (area-weighted mean normal longer than 0.5), else iso,
-/// iso_back, top and iso_below.
-std::vector<std::string> default_views(const TriangleMesh& mesh);
 
 /// Border lines to draw over the mesh where it does not hide them.
 struct BorderLines {
@@ -56,24 +38,42 @@ struct RenderOptions {
   std::string title;            ///< one line above the views; empty: none
   double light_azimuth = 135;   ///< degrees, of the raking light, counter-clockwise from the picture's right
   double light_elevation = 28;  ///< degrees above the picture's plane: low light shows shallow relief
-  int ambient_rays = 6;         ///< per pixel; 0: no ambient occlusion
+  int ambient_rays = 4;         ///< per pixel; 0: no ambient occlusion
 };
 
-/// Draws the mesh, one colour per label, with the borders of the labels: dark level edges, violet hole edges.
-/// `label_of_triangle`: #F. `borders`: none: no lines. Result: the views side by side, each with name and scale bar,
-/// and a legend below. Throws UsageError for an unknown view, StageError for a mesh without triangles. O(F log F +
-/// pixels log F); the same bytes for any number of threads.
+/// What tells one picture of a mesh from another.
+struct Picture {
+  /// Colour of the point with weights u, v of corners 1 and 2 of a triangle.
+  std::function<Colour(std::int32_t triangle, double u, double v)> colour_at;
+  BorderLines lines;  ///< dark level edges, violet hole edges
+  /// Draws what explains the colours, its upper left corner at (x, y); returns where it ends.
+  std::function<int(Image& image, int x, int y)> legend;
+};
+
+/// One colour per label (#F, from 0). Pictures refer to the mesh and to what they are given.
+Picture picture_of_labels(const TriangleMesh& mesh, std::span<const std::int32_t> label_of_triangle,
+                          BorderLines borders);
+/// Coloured by a value per vertex (#V; NaN grey), interpolated linearly within each triangle, with a colour bar that
+/// bears `name` and `unit` of the scalar. `map`: none: ColourMap::of_values.
+Picture picture_of_scalar(const TriangleMesh& mesh, std::span<const double> value_of_vertex, const std::string& name,
+                          const std::string& scalar_unit, BorderLines borders,
+                          const std::optional<ColourMap>& map = {});
+/// In one colour: the shape alone.
+Picture picture_of_shape(const TriangleMesh& mesh, BorderLines borders);
+
+/// Draws several pictures of the same mesh at little more than the cost of one, each with the views side by side, name
+/// and scale bar in each, and a legend below. Result: in the order of `pictures`. Throws UsageError for an unknown
+/// view, StageError for a mesh without triangles. O(F log F + pixels log F); the same bytes for any number of threads.
+std::vector<Image> render(const TriangleMesh& mesh, std::span<const Picture> pictures,
+                          const RenderOptions& options = {}, const Execution& execution = {});
+
+/// render of one picture_of_labels, picture_of_scalar, picture_of_shape.
 Image render_labels(const TriangleMesh& mesh, std::span<const std::int32_t> label_of_triangle,
                     const BorderLines& borders, const RenderOptions& options = {}, const Execution& execution = {});
-
-/// Draws the mesh coloured by a value per vertex (#V; NaN grey), with a colour bar that bears `name` and `unit` of the
-/// scalar; interpolated linearly within each triangle. `map`: none: ColourMap::of_values. Otherwise as render_labels.
 Image render_scalar(const TriangleMesh& mesh, std::span<const double> value_of_vertex, const std::string& name,
                     const std::string& scalar_unit, const BorderLines& borders,
                     const std::optional<ColourMap>& map = {}, const RenderOptions& options = {},
                     const Execution& execution = {});
-
-/// Draws the mesh in one colour: its shape alone. Otherwise as render_labels.
 Image render_shape(const TriangleMesh& mesh, const BorderLines& borders, const RenderOptions& options = {},
                    const Execution& execution = {});
 

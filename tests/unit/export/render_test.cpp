@@ -137,6 +137,25 @@ TEST(Render, SameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(render_labels(mesh, labels, {}, options, one).rgb, render_labels(mesh, labels, {}, options, seven).rgb);
 }
 
+TEST(Render, SeveralPicturesAreThoseOfEachAlone) {
+  const TriangleMesh mesh = square(6);
+  std::vector<std::int32_t> labels(mesh.num_triangles());
+  for (std::size_t t = 0; t < labels.size(); ++t) labels[t] = static_cast<std::int32_t>(t % 3);
+  std::vector<double> values(mesh.num_vertices());
+  for (std::size_t v = 0; v < values.size(); ++v) values[v] = mesh.positions[v].x() - 2;
+  RenderOptions options;
+  options.views = {"top", "iso", "left"};
+  options.panel_width = options.panel_height = 180;
+  const std::vector<Picture> pictures = {picture_of_labels(mesh, labels, {}),
+                                         picture_of_scalar(mesh, values, "s", "", {}), picture_of_shape(mesh, {})};
+  const std::vector<Image> images = render(mesh, pictures, options);
+  ASSERT_EQ(images.size(), 3u);
+  EXPECT_EQ(images[0].rgb, render_labels(mesh, labels, {}, options).rgb);
+  EXPECT_EQ(images[1].rgb, render_scalar(mesh, values, "s", "", {}, {}, options).rgb);
+  EXPECT_EQ(images[2].rgb, render_shape(mesh, {}, options).rgb);
+  EXPECT_NE(images[0].rgb, images[1].rgb);
+}
+
 TEST(Render, PngDecodesToThePicture) {
   const auto path = std::filesystem::path(testing::TempDir()) / "render_test.png";
   const Image image = render_shape(square(4), {});
