@@ -49,6 +49,12 @@ Eigen::Vector3d position(const SurfaceView& surface, std::int32_t triangle, std:
       surface.triangles[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(corner)])];
 }
 
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 /// One side of a border sample.
 struct Side {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -157,7 +163,7 @@ std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span
     const double explained = std::max(own[static_cast<std::size_t>(a)], own[static_cast<std::size_t>(b)]);
     const auto num_edges = static_cast<std::int64_t>(border.half_edges.size());
     const std::int64_t num_samples = std::min<std::int64_t>(num_edges, parameters.samples);
-    std::vector<double> turns;
+    std::vector<double> turns, distances;
     for (std::int64_t i = 0; i < num_samples; ++i) {
       const std::int32_t h = border.half_edges[static_cast<std::size_t>((2 * i + 1) * num_edges / (2 * num_samples))];
       const std::int32_t t = h / 3;
@@ -167,14 +173,17 @@ std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span
       const Side other = scratch.look(surface, graph, labels, place, parameters.radius,
                                       surface.twins[static_cast<std::size_t>(h)] / 3);
       if (one.weight <= 0 || other.weight <= 0) continue;
-      const double angle = std::atan2(one.normal.cross(other.normal).norm(), one.normal.dot(other.normal));
-      turns.push_back(angle - explained * (one.centre - other.centre).norm());
+      // The turn along the way from centre to centre, with its sign, so that noise averages out.
+      const Eigen::Vector3d way = other.centre - one.centre;
+      const double distance = way.norm();
+      if (distance <= 0) continue;
+      const double turn = (other.normal.normalized() - one.normal.normalized()).dot(way) / distance;
+      turns.push_back(2 * std::asin(std::clamp(turn / 2, -1.0, 1.0)));
+      distances.push_back(distance);
     }
     // A border where nothing can be measured has no area on one side at least: it parts nothing.
     if (turns.empty()) return 0.0;
-    const auto middle = turns.begin() + static_cast<std::ptrdiff_t>(turns.size() / 2);
-    std::nth_element(turns.begin(), middle, turns.end());
-    return *middle;
+    return std::abs(median(turns)) - explained * median(distances);
   };
   const auto join = [&](std::int32_t a, std::int32_t b) {
     if (histograms.empty()) return;
