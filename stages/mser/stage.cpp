@@ -1,0 +1,283 @@
+#include "pipeline/stage/stage.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "pipeline/artifacts/scalar_fields.hpp"
+#include "stages/common/adjacency.hpp"
+#include "stages/mser/segment.hpp"
+
+namespace meshmser {
+
+template <>
+struct EnumNames<Select> {
+  static constexpr std::pair<Select, const char*> values[] = {
+      {Select::kMser, "mser"}, {Select::kPersistence, "persistence"}, {Select::kStableBranch, "stable_branch"}};
+};
+template <>
+struct EnumNames<Against> {
+  static constexpr std::pair<Against, const char*> values[] = {{Against::kChildren, "children"},
+                                                               {Against::kMainChild, "main_child"}};
+};
+template <>
+struct EnumNames<Nested> {
+  static constexpr std::pair<Nested, const char*> values[] = {{Nested::kKeep, "keep"},
+                                                              {Nested::kOutermost, "outermost"},
+                                                              {Nested::kInnermost, "innermost"},
+                                                              {Nested::kMostStable, "most_stable"}};
+};
+template <>
+struct EnumNames<Grow> {
+  static constexpr std::pair<Grow, const char*> values[] = {
+      {Grow::kNone, "none"}, {Grow::kAbsorb, "absorb"}, {Grow::kWatershed, "watershed"}};
+};
+template <>
+struct EnumNames<FloodBy> {
+  static constexpr std::pair<FloodBy, const char*> values[] = {{FloodBy::kStrength, "strength"},
+                                                               {FloodBy::kLikeness, "likeness"}};
+};
+template <>
+struct EnumNames<Merge> {
+  static constexpr std::pair<Merge, const char*> values[] = {
+      {Merge::kNone, "none"}, {Merge::kSaliency, "saliency"}, {Merge::kTurning, "turning"}};
+};
+
+namespace {
+
+struct MserParameters {
+  Select select = Select::kMser;
+  std::int32_t delta = 3;
+  Against against = Against::kChildren;
+  Area min_area = spacings2(60);
+  std::optional<Area> max_area;
+  std::optional<double> max_variation;
+  AutoOr<Amount> min_persistence;
+  double min_contrast = 0;
+  Length band = spacings(3);
+  Share min_diversity{0.2};
+  Nested nested = Nested::kKeep;
+  std::optional<std::int64_t> keep_largest;
+  Grow grow = Grow::kAbsorb;
+  Area absorb = spacings2(20);
+  FloodBy flood_by = FloodBy::kStrength;
+  std::string strength = "auto";
+  Merge merge = Merge::kNone;
+  Amount saliency = noises(6);
+  Angle turning{5};
+  Length turning_radius = spacings(6);
+};
+
+/// A scalar of an earlier stage by its name, as `crease` or `fine.crease`; of several the last.
+struct FoundScalar {
+  std::string name;
+  const ScalarField* field = nullptr;
+};
+
+FoundScalar find_scalar(const Inputs& inputs, const std::string& name) {
+  FoundScalar found;
+  for (const auto& [stage, scalars] : inputs.all<ScalarFields>("scalars"))
+    for (const ScalarField& field : scalars->fields)
+      if (name == field.name || name == stage + "." + field.name) found = {field.name, &field};
+  return found;
+}
+
+/// Values at the vertices of a mesh of a scalar at the points of its cloud, without their sign.
+std::vector<double> magnitudes_at_vertices(const TriangleMesh& mesh, const ScalarField& field) {
+  std::vector<double> values;
+  values.reserve(mesh.num_vertices());
+  for (const std::int32_t point : mesh.point_of_vertex)
+    values.push_back(std::abs(field.values.at(static_cast<std::size_t>(point))));
+  return values;
+}
+
+/// The strength asked for by name: a scalar of an earlier stage or a property of the mesh; empty for `auto`.
+std::vector<double> named_strength(const MserParameters& parameters, const TriangleMesh& mesh, const Inputs& inputs) {
+  if (parameters.strength == "auto") return {};
+  if (const FoundScalar found = find_scalar(inputs, parameters.strength); found.field != nullptr)
+    return magnitudes_at_vertices(mesh, *found.field);
+  for (const Property& property : mesh.properties)
+    if (property.name == parameters.strength) {
+      std::vector<double> values = property.values;
+      for (double& value : values) value = std::abs(value);
+      return values;
+    }
+  throw StageError("mser: no earlier stage and no property of the mesh gives the strength '" + parameters.strength +
+                   "'; name a scalar of a curvature stage (crease, mean_curvature ...) or leave it at auto");
+}
+
+/// The greatest principal curvature that a value of a scalar stands for on a cylinder; 0: the scalar tells none.
+double bending_per_value(const std::string& scalar) {
+  const auto ends_with = [&](const std::string& end) {
+    return scalar.size() >= end.size() && scalar.compare(scalar.size() - end.size(), end.size(), end) == 0;
+  };
+  if (ends_with("crease")) return 1 / std::numbers::sqrt2;
+  if (ends_with("max_abs_curvature")) return 1;
+  if (ends_with("mean_curvature")) return 2;
+  return 0;
+}
+
+/// The curvature that explains turning: from `crease` of an earlier stage, else from the tree's own scalar.
+std::vector<double> bending(const LevelSetTrees& trees, const TriangleMesh& mesh, const Inputs& inputs) {
+  std::vector<double> values;
+  double factor = bending_per_value("crease");
+  const std::size_t dot = trees.scalar.find('.');
+  FoundScalar found;
+  if (dot != std::string::npos) found = find_scalar(inputs, trees.scalar.substr(0, dot) + ".crease");
+  if (found.field == nullptr) found = find_scalar(inputs, "crease");
+  if (found.field != nullptr) {
+    values = magnitudes_at_vertices(mesh, *found.field);
+  } else {
+    factor = bending_per_value(trees.scalar);
+    if (factor == 0) return {};
+    values = trees.values;
+  }
+  for (double& value : values) value = factor * std::abs(value);
+  return values;
+}
+
+double resolve(const Amount& amount, const LevelSetTrees& trees, const std::string& parameter) {
+  if (amount.unit == Amount::Unit::kNoise && !std::isfinite(trees.noise))
+    throw StageError("mser." + parameter + " is given in units of noise, but the noise of the scalar '" + trees.scalar +
+                     "' is not known; give " + parameter + " in the scalar's own unit, or the noise to the tree stage");
+  return amount.resolve(trees.noise);
+}
+
+SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh, const LevelSetTrees& trees,
+                          const Execution& execution) {
+  Scale scale;
+  scale.spacing = mesh.spacing;
+  for (const double area : triangle_areas(mesh.positions, mesh.triangles, execution)) scale.area += area;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : mesh.positions) box.extend(position);
+  if (!box.isEmpty()) scale.diagonal = box.diagonal().norm();
+
+  SegmentParameters p;
+  p.select = given.select;
+  p.delta = given.delta;
+  p.against = given.against;
+  p.min_area = given.min_area.resolve(scale);
+  if (given.max_area) p.max_area = given.max_area->resolve(scale);
+  if (given.max_variation) p.max_variation = *given.max_variation;
+  if (!given.min_persistence.automatic)
+    p.min_persistence = resolve(given.min_persistence.value, trees, "min_persistence");
+  else
+    p.min_persistence = std::isfinite(trees.noise) ? 6 * trees.noise : 0;
+  p.min_contrast = given.min_contrast;
+  p.band = given.band.resolve(scale);
+  p.min_diversity = given.min_diversity.value;
+  p.nested = given.nested;
+  p.keep_largest = given.keep_largest.value_or(0);
+  p.grow = given.grow;
+  p.absorb_area = given.absorb.resolve(scale);
+  p.flood_by = given.flood_by;
+  p.merge = given.merge;
+  if (given.merge == Merge::kSaliency) p.saliency = resolve(given.saliency, trees, "saliency");
+  p.turning = given.turning.degrees * std::numbers::pi / 180;
+  p.turning_radius = given.turning_radius.resolve(scale);
+  return p;
+}
+
+}  // namespace
+
+struct MserStage {
+  static constexpr StageInfo info{
+      "mser", 1, "Selects the stable regions of the level sets and labels the triangles [Digne et al. 2010]."};
+  using Parameters = MserParameters;
+
+  static void declare(StageSchema& s) {
+    using P = Parameters;
+    s.input<TriangleMesh>("mesh");
+    s.input<LevelSetTrees>("trees");
+    s.input<ScalarFields>("scalars", Need::kAll);
+    s.output<Segmentation>("segmentation");
+    s.parameter("select", &P::select,
+                "What makes a region: a local minimum of change over levels (mser), the largest part with one "
+                "significant maximum (persistence), or the least change within such a part (stable_branch).");
+    s.parameter("delta", &P::delta, range(1, 1e6), "levels", "Level steps up and down over which change is measured.");
+    s.parameter("against", &P::against,
+                "Whether a region must change less than all its children in the tree, or than the largest only.");
+    s.parameter("min_area", &P::min_area, at_least(0), "",
+                "Smaller regions are left out; with persistence and stable_branch smaller parts are not significant.");
+    s.parameter("max_area", &P::max_area, more_than(0), "", "Larger regions are left out.");
+    s.parameter("max_variation", &P::max_variation, at_least(0), "",
+                "Regions that change by more than this share of their area are left out.");
+    s.parameter("min_persistence", &P::min_persistence, at_least(0), "",
+                "Regions whose highest maximum rises less than this above its surroundings are left out; auto: 6 noise "
+                "where the noise is known, else 0.");
+    s.parameter("min_contrast", &P::min_contrast, at_least(0), "noise",
+                "Regions across whose border the scalar steps by less than this are left out.");
+    s.parameter("band", &P::band, more_than(0), "", "Width on each side of a border over which contrast is measured.");
+    s.parameter("min_diversity", &P::min_diversity, range(0, 1), "",
+                "Of two nested regions whose areas differ by less than this share the less stable is left out.");
+    s.parameter("nested", &P::nested, "What remains of regions within regions.");
+    s.parameter("keep_largest", &P::keep_largest, at_least(1), "regions", "So many of the largest regions remain.");
+    s.parameter("grow", &P::grow,
+                "Afterwards: small patches join a neighbour (absorb), and all that is left is flooded from the labels, "
+                "so that they meet on the crests (watershed).");
+    s.parameter("absorb", &P::absorb, at_least(0), "",
+                "Patches smaller than this join the neighbour with the longest common border, unless grow is none.");
+    s.parameter("flood_by", &P::flood_by,
+                "Order of the watershed: weakest scalar first, or most like the label's mean first.");
+    s.parameter("strength", &P::strength,
+                "Scalar along whose crests labels meet and are parted: auto is that of the tree, without its sign; or "
+                "a name, as crease or fine.crease.");
+    s.parameter("merge", &P::merge,
+                "Joins neighbouring labels where the scalar hardly rises at their border (saliency) or the surface "
+                "hardly turns (turning).");
+    s.parameter("saliency", &P::saliency, at_least(0), "",
+                "A border whose mean strength exceeds both sides' by less than this is none.");
+    s.parameter("turning", &P::turning, range(0, 180), "",
+                "A border across which the surface turns by less than this, beyond the sides' own bending, is none.");
+    s.parameter("turning_radius", &P::turning_radius, more_than(0), "",
+                "How far from the border the sides are compared.");
+  }
+
+  /// Scalars are wanted only where a parameter asks for them, so that others cannot make this stage run again.
+  static std::vector<std::string> choose(const Parameters& p, std::string_view,
+                                         const std::vector<std::string>& available) {
+    if (p.strength == "auto" && p.merge != Merge::kTurning) return {};
+    const std::size_t dot = p.strength.find('.');
+    if (dot == std::string::npos || p.merge == Merge::kTurning) return available;
+    std::vector<std::string> wanted;
+    for (const std::string& stage : available)
+      if (stage == p.strength.substr(0, dot)) wanted.push_back(stage);
+    return wanted;
+  }
+
+  static Outputs run(const Parameters& parameters, const Inputs& inputs, RunContext& context) {
+    const auto& mesh = inputs.get<TriangleMesh>("mesh");
+    const auto& trees = inputs.get<LevelSetTrees>("trees");
+    std::vector<std::int32_t> twins = twin_half_edges(mesh.triangles, mesh.num_vertices(), context.execution());
+    if (!trees.excluded_of_triangle.empty()) cut_out_triangles(twins, trees.excluded_of_triangle);
+    const SegmentParameters resolved = resolve(parameters, mesh, trees, context.execution());
+    const std::vector<double> strength = named_strength(parameters, mesh, inputs);
+    std::vector<double> curvature;
+    if (parameters.merge == Merge::kTurning) curvature = bending(trees, mesh, inputs);
+    Segmentation segmentation =
+        segment({mesh.positions, mesh.triangles, twins}, trees, strength, curvature, resolved, context.execution());
+
+    context.report("num_regions", static_cast<std::int64_t>(segmentation.regions.size()));
+    context.report("num_labels", static_cast<std::int64_t>(segmentation.region_of_label.size()) - 1);
+    for (const FilterCount& count : segmentation.filters)
+      context.report("removed_by_" + count.filter, count.removed, "of " + std::to_string(count.seen));
+    if (resolved.min_persistence > 0) context.report("min_persistence", resolved.min_persistence, trees.unit);
+    const auto background = static_cast<std::int64_t>(
+        std::count(segmentation.label_of_triangle.begin(), segmentation.label_of_triangle.end(), 0));
+    context.report("num_background_triangles", background);
+    if (parameters.merge == Merge::kTurning && curvature.empty())
+      context.warn("mser.merge: turning knows no curvature for the scalar '" + trees.scalar +
+                   "', so curved faces may stay split; compute `crease` with a curvature stage");
+    Outputs outputs;
+    outputs.set("segmentation", std::move(segmentation));
+    return outputs;
+  }
+};
+
+namespace {
+MESHMSER_STAGE(MserStage);
+}  // namespace
+
+}  // namespace meshmser
