@@ -1,0 +1,111 @@
+#include "stages/tree/level_set_trees.hpp"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "pipeline/execution/error.hpp"
+#include "stages/common/adjacency.hpp"
+#include "stages/common/surface.hpp"
+#include "stages/tree/component_tree.hpp"
+#include "stages/tree/local_mean.hpp"
+
+namespace meshmser {
+namespace {
+
+double transformed(double value, ScalarTransform transform) {
+  switch (transform) {
+    case ScalarTransform::kNegate:
+      return -value;
+    case ScalarTransform::kAbs:
+      return std::abs(value);
+    case ScalarTransform::kNegateAbs:
+      return -std::abs(value);
+    default:
+      return value;
+  }
+}
+
+void refuse_values_that_are_not_finite(const VertexScalar& scalar) {
+  std::size_t first = scalar.values.size(), count = 0;
+  for (std::size_t v = scalar.values.size(); v-- > 0;)
+    if (!std::isfinite(scalar.values[v])) {
+      first = v;
+      ++count;
+    }
+  if (count > 0)
+    throw StageError("the scalar '" + scalar.name + "' is not finite at vertex " + std::to_string(first) +
+                     (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
+                     "; mend it, or leave such triangles out with 'nan: exclude'");
+}
+
+}  // namespace
+
+LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const VertexScalar& scalar,
+                                          const LevelSetTreesParameters& parameters, const Execution& execution) {
+  if (scalar.values.size() != mesh.num_vertices())
+    throw StageError("the scalar '" + scalar.name + "' has " + std::to_string(scalar.values.size()) +
+                     " values, but the mesh has " + std::to_string(mesh.num_vertices()) + " vertices");
+  const bool nan_is_error =
+      parameters.nan == NanPolicy::kError || (parameters.nan == NanPolicy::kAuto && scalar.is_given);
+  if (nan_is_error) refuse_values_that_are_not_finite(scalar);
+
+  LevelSetTreesResult result;
+  LevelSetTrees& out = result.trees;
+  out.scalar = scalar.name;
+  out.unit = scalar.unit;
+  out.noise = std::isnan(parameters.levels.noise) ? scalar.noise : parameters.levels.noise;
+  out.values = scalar.values;
+
+  std::vector<std::int32_t> twins = twin_half_edges(mesh.triangles, mesh.num_vertices(), execution);
+  result.exclusion = exclude_triangles(mesh.positions, mesh.triangles, twins, out.values, parameters.exclude_rim,
+                                       parameters.min_rim, execution);
+  out.excluded_of_triangle = std::move(result.exclusion.excluded_of_triangle);
+  cut_out_triangles(twins, out.excluded_of_triangle);
+
+  const std::vector<double> areas = triangle_areas(mesh.positions, mesh.triangles, execution);
+  std::vector<double> weights;
+  if (parameters.detrend > 0 || parameters.levels.rule == LevelRule::kEqualArea)
+    weights = vertex_areas(mesh.triangles, areas, out.excluded_of_triangle, mesh.num_vertices());
+  if (parameters.detrend > 0) {
+    const std::vector<double> means = local_means(mesh.positions, out.values, weights, parameters.detrend, execution);
+    for (std::size_t v = 0; v < means.size(); ++v)
+      if (std::isfinite(means[v])) out.values[v] -= means[v];
+  }
+  for (double& value : out.values) value = transformed(value, parameters.transform);
+
+  // Levels are laid over the vertices that remain in a triangle.
+  std::vector<double> remaining(out.values.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (out.excluded_of_triangle[t] == 0)
+      for (const std::int32_t corner : mesh.triangles[t])
+        remaining[static_cast<std::size_t>(corner)] = out.values[static_cast<std::size_t>(corner)];
+  LevelParameters levels = parameters.levels;
+  levels.noise = out.noise;
+
+  for (const Polarity polarity : {Polarity::kUpper, Polarity::kLower}) {
+    const bool lower = polarity == Polarity::kLower;
+    if (parameters.polarity == (lower ? PolarityChoice::kUpper : PolarityChoice::kLower)) continue;
+    execution.check();
+    std::vector<double> heights;
+    std::vector<std::int32_t> level_of_vertex;
+    if (levels.rule == LevelRule::kEveryValue && !(levels.delta_value > 0)) {
+      RankedValues ranked = rank_values(remaining, lower ? -1 : 1, execution);
+      heights = std::move(ranked.levels);
+      level_of_vertex = std::move(ranked.level_of_vertex);
+    } else {
+      heights = make_levels(remaining, weights, levels, lower);
+      level_of_vertex = levels_of_vertices(remaining, heights, lower ? -1 : 1, execution);
+    }
+    const std::vector<std::int32_t> level =
+        levels_of_triangles(mesh.triangles, level_of_vertex, out.excluded_of_triangle, execution);
+    ComponentTree tree =
+        build_component_tree(twins, areas, level, static_cast<std::int32_t>(heights.size()), execution);
+    tree.polarity = polarity;
+    tree.levels = std::move(heights);
+    out.trees.push_back(std::move(tree));
+  }
+  return result;
+}
+
+}  // namespace meshmser

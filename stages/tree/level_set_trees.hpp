@@ -1,0 +1,44 @@
+#pragma once
+/// From a mesh and a scalar on its vertices to its trees: exclusion, detrending, transform, levels, one tree a polarity
+/// (SEMANTICS 5 and 6).
+
+#include "pipeline/artifacts/level_set_trees.hpp"
+#include "pipeline/artifacts/triangle_mesh.hpp"
+#include "pipeline/execution/execution.hpp"
+#include "stages/tree/exclusion.hpp"
+#include "stages/tree/levels.hpp"
+#include "stages/tree/vertex_scalar.hpp"
+
+namespace meshmser {
+
+enum class ScalarTransform { kIdentity, kNegate, kAbs, kNegateAbs };
+enum class NanPolicy {
+  kAuto,    ///< exclude where a stage measured the scalar, an error where a file gave it
+  kError,   ///< a value that is not finite is an error that names the vertex
+  kExclude  ///< triangles that touch one are excluded
+};
+enum class PolarityChoice { kUpper, kLower, kBoth };
+
+struct LevelSetTreesParameters {
+  ScalarTransform transform = ScalarTransform::kIdentity;
+  double detrend = 0;      ///< radius of the ball whose mean is subtracted, in coordinate units; 0: none
+  double exclude_rim = 0;  ///< in coordinate units; 0: none
+  double min_rim = 0;      ///< rims up to this length are holes that exclude nothing, in coordinate units
+  NanPolicy nan = NanPolicy::kAuto;
+  LevelParameters levels;  ///< its noise, where NaN, is the scalar's own
+  PolarityChoice polarity = PolarityChoice::kBoth;
+};
+
+struct LevelSetTreesResult {
+  LevelSetTrees trees;
+  Exclusion exclusion;  ///< its triangles are in `trees`; the counts are for the report
+};
+
+/// Builds the trees. Excluded triangles leave first; the local mean is over what remains; then the transform; the
+/// levels are laid over the vertices of what remains. Trees: upper, then lower. Throws StageError for values that are
+/// not finite where they are an error, and where the level rule lacks what it needs. Linear time but for detrending and
+/// sorting by value; the same bytes on any number of threads.
+LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const VertexScalar& scalar,
+                                          const LevelSetTreesParameters& parameters, const Execution& execution = {});
+
+}  // namespace meshmser

@@ -1,0 +1,212 @@
+#include "stages/tree/level_set_trees.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "pipeline/execution/error.hpp"
+#include "stages/tree/component_tree.hpp"
+
+namespace meshmser {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+/// An n x n sheet of unit squares with a scalar on it.
+TriangleMesh sheet(std::int32_t n) {
+  TriangleMesh mesh;
+  for (std::int32_t y = 0; y <= n; ++y)
+    for (std::int32_t x = 0; x <= n; ++x) {
+      mesh.point_of_vertex.push_back(static_cast<std::int32_t>(mesh.positions.size()));
+      mesh.positions.emplace_back(x, y, 0);
+    }
+  for (std::int32_t y = 0; y < n; ++y)
+    for (std::int32_t x = 0; x < n; ++x) {
+      const std::int32_t a = y * (n + 1) + x;
+      mesh.triangles.push_back({a, a + 1, a + n + 2});
+      mesh.triangles.push_back({a, a + n + 2, a + n + 1});
+    }
+  mesh.turned_of_vertex.assign(mesh.positions.size(), 0);
+  return mesh;
+}
+
+VertexScalar scalar_on(const TriangleMesh& mesh, const std::function<double(double, double)>& f) {
+  VertexScalar scalar;
+  scalar.name = "quality";
+  for (const auto& p : mesh.positions) scalar.values.push_back(f(p[0], p[1]));
+  return scalar;
+}
+
+std::string message_of(const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const StageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(BuildLevelSetTrees, LowerIsUpperOfTheNegative) {
+  const TriangleMesh mesh = sheet(9);
+  const VertexScalar scalar =
+      scalar_on(mesh, [](double x, double y) { return std::sin(x) * std::cos(2 * y) + 0.1 * x; });
+  LevelSetTreesParameters both, negated;
+  negated.transform = ScalarTransform::kNegate;
+  for (const LevelRule rule : {LevelRule::kLinear, LevelRule::kEveryValue, LevelRule::kEqualArea}) {
+    both.levels.rule = negated.levels.rule = rule;
+    const LevelSetTrees a = build_level_set_trees(mesh, scalar, both).trees;
+    const LevelSetTrees b = build_level_set_trees(mesh, scalar, negated).trees;
+    ASSERT_EQ(a.trees.size(), 2u);
+    EXPECT_EQ(a.trees[1].levels, b.trees[0].levels);
+    EXPECT_EQ(a.trees[1].parent_of_node, b.trees[0].parent_of_node);
+    EXPECT_EQ(a.trees[1].node_of_triangle, b.trees[0].node_of_triangle);
+    EXPECT_EQ(a.trees[1].area_of_node, b.trees[0].area_of_node);
+    EXPECT_EQ(a.trees[1].polarity, Polarity::kLower);
+  }
+}
+
+TEST(BuildLevelSetTrees, AMonotoneChangeOfTheScalarKeepsTheTreeOfEveryValue) {
+  const TriangleMesh mesh = sheet(9);
+  LevelSetTreesParameters parameters;
+  parameters.levels.rule = LevelRule::kEveryValue;
+  auto f = [](double x, double y) { return std::sin(x) * std::cos(2 * y) + 0.1 * x; };
+  const LevelSetTrees a = build_level_set_trees(mesh, scalar_on(mesh, f), parameters).trees;
+  const LevelSetTrees b =
+      build_level_set_trees(mesh, scalar_on(mesh, [&](double x, double y) { return std::exp(3 * f(x, y)); }),
+                            parameters)
+          .trees;
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(a.trees[i].parent_of_node, b.trees[i].parent_of_node);
+    EXPECT_EQ(a.trees[i].hi_of_node, b.trees[i].hi_of_node);
+    EXPECT_EQ(a.trees[i].node_of_triangle, b.trees[i].node_of_triangle);
+  }
+}
+
+TEST(BuildLevelSetTrees, TransformsAndChoiceOfPolarity) {
+  const TriangleMesh mesh = sheet(2);
+  const VertexScalar scalar = scalar_on(mesh, [](double x, double) { return x - 1; });
+  LevelSetTreesParameters parameters;
+  parameters.polarity = PolarityChoice::kLower;
+  parameters.transform = ScalarTransform::kNegateAbs;
+  const LevelSetTrees trees = build_level_set_trees(mesh, scalar, parameters).trees;
+  EXPECT_THAT(trees.values, ElementsAre(-1, 0, -1, -1, 0, -1, -1, 0, -1));
+  ASSERT_EQ(trees.trees.size(), 1u);
+  EXPECT_EQ(trees.trees[0].polarity, Polarity::kLower);
+  EXPECT_EQ(trees.scalar, "quality");
+}
+
+TEST(BuildLevelSetTrees, ExcludedTrianglesAreInNoNodeAndLeaveTheLevels) {
+  const TriangleMesh mesh = sheet(12);
+  // Huge values at the rim alone.
+  const VertexScalar scalar = scalar_on(mesh, [](double x, double y) {
+    return std::min({x, y, 12 - x, 12 - y}) < 1 ? 1e6 : std::sin(x) + y / 12;
+  });
+  LevelSetTreesParameters parameters;
+  parameters.exclude_rim = 0.5;
+  parameters.levels.low_quantile = 0;
+  parameters.levels.high_quantile = 1;
+  const LevelSetTreesResult result = build_level_set_trees(mesh, scalar, parameters);
+  EXPECT_EQ(result.exclusion.num_near_rim, 2 * (144 - 100));
+  for (const ComponentTree& tree : result.trees.trees) {
+    EXPECT_LT(std::abs(tree.levels.back()), 3);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      EXPECT_EQ(tree.node_of_triangle[t] < 0, result.trees.excluded_of_triangle[t] != 0);
+  }
+}
+
+TEST(BuildLevelSetTrees, DetrendingTakesASlopeAway) {
+  const TriangleMesh mesh = sheet(40);
+  const VertexScalar scalar = scalar_on(mesh, [](double x, double y) { return 5 * x - 3 * y; });
+  LevelSetTreesParameters parameters;
+  parameters.detrend = 8;
+  const LevelSetTrees trees = build_level_set_trees(mesh, scalar, parameters).trees;
+  for (std::size_t v = 0; v < mesh.num_vertices(); ++v) {
+    const auto& p = mesh.positions[v];
+    if (std::min({p[0], p[1], 40 - p[0], 40 - p[1]}) > 9) {
+      EXPECT_NEAR(trees.values[v], 0, 0.5) << v;
+    }
+  }
+}
+
+TEST(BuildLevelSetTrees, NanIsAnErrorInAGivenScalarAndLeftOutOfAMeasuredOne) {
+  const TriangleMesh mesh = sheet(4);
+  VertexScalar scalar = scalar_on(mesh, [](double x, double) { return x; });
+  scalar.values[7] = std::nan("");
+  scalar.values[9] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(build_level_set_trees(mesh, scalar, {}).exclusion.num_nan, 9);
+  scalar.is_given = true;
+  EXPECT_THAT(message_of([&] { build_level_set_trees(mesh, scalar, {}); }),
+              HasSubstr("the scalar 'quality' is not finite at vertex 7 and 1 more"));
+  LevelSetTreesParameters exclude;
+  exclude.nan = NanPolicy::kExclude;
+  EXPECT_EQ(build_level_set_trees(mesh, scalar, exclude).exclusion.num_nan, 9);
+}
+
+TEST(BuildLevelSetTrees, NoiseLevelsTakeTheScalarsOwnNoise) {
+  const TriangleMesh mesh = sheet(4);
+  VertexScalar scalar = scalar_on(mesh, [](double x, double) { return x; });
+  LevelSetTreesParameters parameters;
+  parameters.levels.rule = LevelRule::kNoise;
+  EXPECT_THAT(message_of([&] { build_level_set_trees(mesh, scalar, parameters); }), HasSubstr("noise"));
+  scalar.noise = 0.1;
+  EXPECT_DOUBLE_EQ(build_level_set_trees(mesh, scalar, parameters).trees.noise, 0.1);
+  parameters.levels.noise = 0.2;
+  EXPECT_DOUBLE_EQ(build_level_set_trees(mesh, scalar, parameters).trees.noise, 0.2);
+}
+
+TEST(BuildLevelSetTrees, EmptyMesh) {
+  const LevelSetTrees trees = build_level_set_trees({}, {}, {}).trees;
+  ASSERT_EQ(trees.trees.size(), 2u);
+  EXPECT_EQ(trees.trees[0].num_nodes(), 0u);
+}
+
+class FindVertexScalar : public ::testing::Test {
+ protected:
+  FindVertexScalar() : mesh_(sheet(1)) {
+    coarse_.fields.push_back({"mean_curvature", "1/unit", Parity::kOdd, 0.5, {1, 2, 3, 4}});
+    coarse_.fields.push_back({"crease", "1/unit", Parity::kEven, 0.5, {5, 6, 7, 8}});
+    fine_.fields.push_back({"mean_curvature", "1/unit", Parity::kOdd, 0.7, {-1, -2, -3, -4}});
+    mesh_.point_of_vertex = {3, 2, 1, 0};
+    mesh_.turned_of_vertex = {1, 0, 0, 0};
+    mesh_.properties.push_back({"quality", ValueType::kFloat32, {9, 8, 7, 6}});
+    cloud_.properties.push_back({"intensity", ValueType::kUint8, {10, 20, 30, 40}});
+  }
+  VertexScalar find(const std::string& name) const {
+    const std::vector<StageFields> fields{{"curvature", &coarse_}, {"fine", &fine_}};
+    return find_vertex_scalar(name, fields, mesh_, &cloud_);
+  }
+
+  TriangleMesh mesh_;
+  PointCloud cloud_;
+  ScalarFields coarse_, fine_;
+};
+
+TEST_F(FindVertexScalar, ReadsPointsAndTurnsOddFieldsAlone) {
+  EXPECT_THAT(find("curvature.mean_curvature").values, ElementsAre(-4, 3, 2, 1));
+  EXPECT_THAT(find("fine.mean_curvature").values, ElementsAre(4, -3, -2, -1));
+  EXPECT_DOUBLE_EQ(find("fine.mean_curvature").noise, 0.7);
+  EXPECT_THAT(find("crease").values, ElementsAre(8, 7, 6, 5));
+  EXPECT_FALSE(find("crease").is_given);
+}
+
+TEST_F(FindVertexScalar, PropertiesOfMeshAndCloud) {
+  EXPECT_THAT(find("quality").values, ElementsAre(9, 8, 7, 6));
+  EXPECT_THAT(find("intensity").values, ElementsAre(40, 30, 20, 10));
+  EXPECT_TRUE(find("intensity").is_given);
+}
+
+TEST_F(FindVertexScalar, NamesWhatThereIs) {
+  EXPECT_EQ(message_of([&] { find("mean_curvature"); }),
+            "several stages make the scalar 'mean_curvature': write curvature.mean_curvature or fine.mean_curvature");
+  EXPECT_EQ(message_of([&] { find("heigth"); }),
+            "there is no scalar 'heigth'; there are curvature.crease, curvature.mean_curvature, fine.mean_curvature, "
+            "intensity and quality");
+  EXPECT_THAT(message_of([&] { find_vertex_scalar("x", {}, TriangleMesh{}, nullptr); }), HasSubstr("nor any other"));
+}
+
+}  // namespace
+}  // namespace meshmser
