@@ -2,10 +2,10 @@
 #
 # meshmser_room(NAME DIRECTORY [PUBLIC targets] [PRIVATE targets])
 #   static library meshmser_NAME (alias meshmser::NAME) of every .cpp directly in DIRECTORY but
-#   stage.cpp and main.cpp.
+#   stage.cpp, main.cpp and, in a stage, *_command.cpp.
 # meshmser_stage(NAME [PRIVATE targets])
-#   object library meshmser_stage_NAME of stages/NAME/stage.cpp: objects, because a stage that
-#   registers itself would vanish from a static library.
+#   object library meshmser_stage_NAME of stages/NAME/stage.cpp and stages/NAME/*_command.cpp:
+#   objects, because a stage or command that registers itself would vanish from a static library.
 # meshmser_test(NAME DIRECTORY [LABELS labels] [LIBRARIES targets])
 #   one GoogleTest program of every *_test.cpp in DIRECTORY.
 
@@ -30,7 +30,7 @@ set_property(GLOBAL PROPERTY MESHMSER_STAGES "")
 function(meshmser_room name directory)
   cmake_parse_arguments(ROOM "" "" "PUBLIC;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${directory}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/(stage|main)\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "/(stage|main)\\.cpp$|/stages/[^/]+/[a-z_]+_command\\.cpp$")
   if(sources)
     add_library(meshmser_${name} STATIC ${sources})
     set(scope PUBLIC)
@@ -48,7 +48,9 @@ endfunction()
 
 function(meshmser_stage name)
   cmake_parse_arguments(STAGE "" "" "PRIVATE" ${ARGN})
-  add_library(meshmser_stage_${name} OBJECT ${PROJECT_SOURCE_DIR}/stages/${name}/stage.cpp)
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/stages/${name}/stage.cpp
+       ${PROJECT_SOURCE_DIR}/stages/${name}/*_command.cpp)
+  add_library(meshmser_stage_${name} OBJECT ${sources})
   target_link_libraries(meshmser_stage_${name} PUBLIC meshmser::stage meshmser::${name} ${STAGE_PRIVATE})
   set_target_properties(meshmser_stage_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   set_property(GLOBAL APPEND PROPERTY MESHMSER_STAGES ${name})
