@@ -82,24 +82,31 @@ LocalPlanes fit_planes(const PointCloud& cloud, const NearestNeighbors& neighbor
 
 // Mean of the neighbours' normals, each turned to the point's own: steadier than the normals where the noise is as
 // large as the spacing. Points of another sheet are left out.
-Vectors smooth_normals(const PointCloud& cloud, const NearestNeighbors& neighbors, const Vectors& normals,
-                       const PropagationParameters& limits, const Execution& execution) {
-  Vectors result(normals.size(), Vector3d::Zero());
+struct SmoothNormals {
+  Vectors normals;              // unit or zero
+  std::vector<double> clarity;  // length of the mean before it was made a unit vector: 1 where all agree
+};
+SmoothNormals smooth_normals(const PointCloud& cloud, const NearestNeighbors& neighbors, const Vectors& normals,
+                             const PropagationParameters& limits, const Execution& execution) {
+  SmoothNormals result{Vectors(normals.size(), Vector3d::Zero()), std::vector<double>(normals.size(), 0)};
   const double gap2 = limits.max_gap * limits.max_gap;
   parallel_chunks(neighbors.num_points, 4096, "normals", execution, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       const auto index = static_cast<std::size_t>(i);
       const Vector3d own = normals[index];
       Vector3d sum = own;
+      double count = 1;
       for (const std::int32_t j : neighbors.of(i)) {
         const auto other = static_cast<std::size_t>(j);
         const Vector3d d = cloud.positions[other] - cloud.positions[index];
         if (d.squaredNorm() > gap2) break;
         if (std::min(std::abs(own.dot(d)), std::abs(normals[other].dot(d))) > limits.max_step) continue;
         sum += own.dot(normals[other]) < 0 ? -normals[other] : normals[other];
+        count += 1;
       }
       const double length = sum.norm();
-      if (length > 0) result[index] = sum / length;
+      result.clarity[index] = length / count;
+      if (length > 0) result.normals[index] = sum / length;
     }
   });
   return result;
@@ -251,8 +258,9 @@ Orientation orient(const PointCloud& cloud, const OrientOptions& options, const 
   LocalPlanes planes = fit_planes(cloud, neighbors, limits.max_gap, execution);
   Vectors given;
   if (options.normals == NormalChoice::kGiven || options.sign == SignChoice::kGiven) given = given_normals(cloud);
-  const Vectors smoothed = smooth_normals(cloud, neighbors, planes.normals, limits, execution);
-  const Propagation propagation = propagate_signs(cloud.positions, smoothed, neighbors, limits, execution);
+  const SmoothNormals smoothed = smooth_normals(cloud, neighbors, planes.normals, limits, execution);
+  const Propagation propagation =
+      propagate_signs(cloud.positions, smoothed.normals, smoothed.clarity, neighbors, limits, execution);
 
   result.report.num_edges = propagation.num_edges;
   result.report.num_disagreeing = propagation.num_disagreeing;
@@ -267,7 +275,7 @@ Orientation orient(const PointCloud& cloud, const OrientOptions& options, const 
       ++result.report.num_unoriented;
       continue;
     }
-    const double sign = propagation.signs[i] * (planes.normals[i].dot(smoothed[i]) < 0 ? -1 : 1);
+    const double sign = propagation.signs[i] * (planes.normals[i].dot(smoothed.normals[i]) < 0 ? -1 : 1);
     out.normals[i] = sign * planes.normals[i];
     ++out.components[static_cast<std::size_t>(c)].num_points;
     result.report.centers[static_cast<std::size_t>(c)] += cloud.positions[i];

@@ -29,8 +29,8 @@ struct OrientOptions {
 
 struct OrientReport {
   std::int64_t num_unoriented = 0;       ///< points without a plane; their normal is zero
-  std::int64_t num_edges = 0;            ///< of the propagation graph
-  std::int64_t num_disagreeing = 0;      ///< edges along which the final signs contradict the surface's turn
+  std::int64_t num_edges = 0;            ///< of the graph, those across which the surface bends by less than 45 degrees
+  std::int64_t num_disagreeing = 0;      ///< of these, whose two signs contradict each other
   std::vector<Eigen::Vector3d> centers;  ///< of the components, in the frame of the raw scan
 };
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <unordered_map>
+#include <utility>
 
 #include "stages/common/parallel.hpp"
 #include "stages/orient/signed_union_find.hpp"
@@ -16,13 +18,21 @@ constexpr int kClasses = 4096;
 // Below this cosine the surface bends so much along an edge that the normals themselves say little.
 constexpr double kBent = 0.7;
 
-// +-|agreement| in 0 .. 1; the sign says whether the normals have the same one.
+// Edges above this cosine (25 degrees) are taken one by one; below it, sets vote.
+constexpr double kClear = 0.9;
+
+// An edge that rises by more than 45 degrees above both of its points' planes.
+constexpr double kSteep = 0.7;
+
+// -1 .. 1: the sign says whether the normals have the same one, the size how sure that is.
 double agreement(const Eigen::Vector3d& step, const Eigen::Vector3d& n, const Eigen::Vector3d& m) {
-  const double cosine = n.dot(m);
-  if (std::abs(cosine) >= kBent) return cosine;
-  // The turn of a circle through both points; always less trusted than an unbent edge.
-  const double turned = cosine - 2 * n.dot(step) * m.dot(step) / step.squaredNorm();
-  return kBent * turned;
+  const double cosine = n.dot(m), length2 = step.squaredNorm();
+  const double rise_n = n.dot(step), rise_m = m.dot(step);
+  const double steepness2 = std::min(rise_n * rise_n, rise_m * rise_m) / length2;
+  if (std::abs(cosine) >= kBent && steepness2 <= kSteep * kSteep) return cosine * (1 - steepness2);
+  // The turn of a circle through both points: right round a sharp edge and from one sheet of a wall to the other, but
+  // always less sure than an unbent edge, because noise turns short edges.
+  return kBent * (cosine - 2 * rise_n * rise_m / length2);
 }
 
 // The last class: edges between two sheets, or to a stray point above its sheet.
@@ -37,11 +47,68 @@ std::uint16_t class_of(double value) {
   return static_cast<std::uint16_t>(bucket | (value < 0 ? kClasses : 0));
 }
 
+// What all edges between two sets say about their signs.
+struct SetVote {
+  std::uint32_t a, b;  // roots, a < b
+  double sum;          // > 0: same sign
+};
+
+// Joins sets across edges too bent to be trusted one by one: all edges between two sets vote, and two sets that are
+// each other's clearest neighbour are joined; then again, until no edge runs between two sets. So the side of a sharp
+// or noisy edge is decided by its whole length.
+template <class EndsOf>
+void join_by_votes(std::span<const std::uint32_t> edges, const std::vector<std::uint16_t>& classes,
+                   const EndsOf& ends_of, SignedUnionFind& sets, const Execution& execution) {
+  std::vector<SetVote> votes;
+  votes.reserve(edges.size());
+  for (const std::uint32_t edge : edges) {
+    const auto [i, j] = ends_of(edge);
+    const double weight = 1 - (classes[edge >> 1] & (kClasses - 1)) / double{kClasses};
+    votes.push_back({i, j, (edge & 1u) != 0 ? -weight : weight});
+  }
+  while (!votes.empty()) {
+    execution.check();
+    // In terms of the present roots.
+    std::size_t kept = 0;
+    for (const SetVote& vote : votes) {
+      const auto a = sets.find(vote.a), b = sets.find(vote.b);
+      if (a.root == b.root) continue;
+      votes[kept++] = {std::min(a.root, b.root), std::max(a.root, b.root),
+                       a.opposed != b.opposed ? -vote.sum : vote.sum};
+    }
+    votes.resize(kept);
+    std::stable_sort(votes.begin(), votes.end(),
+                     [](const SetVote& x, const SetVote& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    kept = 0;
+    for (const SetVote& vote : votes) {
+      if (kept > 0 && votes[kept - 1].a == vote.a && votes[kept - 1].b == vote.b)
+        votes[kept - 1].sum += vote.sum;
+      else
+        votes[kept++] = vote;
+    }
+    votes.resize(kept);
+    // The clearest vote of each set; among equals the first, in an order that is the same at both ends.
+    std::unordered_map<std::uint32_t, std::size_t> best;
+    const auto clearer = [&](std::size_t x, std::size_t y) {
+      const double vx = std::abs(votes[x].sum), vy = std::abs(votes[y].sum);
+      return vx != vy ? vx > vy : x < y;
+    };
+    for (std::size_t v = 0; v < votes.size(); ++v)
+      for (const std::uint32_t set : {votes[v].a, votes[v].b}) {
+        const auto [entry, is_new] = best.try_emplace(set, v);
+        if (!is_new && clearer(v, entry->second)) entry->second = v;
+      }
+    // A vote that is the clearest of either of its sets; these never close a cycle, since their order is strict.
+    for (std::size_t v = 0; v < votes.size(); ++v)
+      if (best[votes[v].a] == v || best[votes[v].b] == v) sets.join(votes[v].a, votes[v].b, votes[v].sum < 0);
+  }
+}
+
 }  // namespace
 
 Propagation propagate_signs(std::span<const Eigen::Vector3d> points, std::span<const Eigen::Vector3d> normals,
-                            const NearestNeighbors& neighbors, const PropagationParameters& parameters,
-                            const Execution& execution) {
+                            std::span<const double> clarity, const NearestNeighbors& neighbors,
+                            const PropagationParameters& parameters, const Execution& execution) {
   const std::int64_t n = static_cast<std::int64_t>(points.size());
   const std::int64_t k = neighbors.num_neighbors;
   if (n * k >= (std::int64_t{1} << 31))
@@ -66,7 +133,9 @@ Propagation propagate_signs(std::span<const Eigen::Vector3d> points, std::span<c
         }
         const bool level = std::min(std::abs(normal.dot(step)), std::abs(other.dot(step))) <= parameters.max_step;
         classes[static_cast<std::size_t>(i * k + slot)] =
-            level ? class_of(agreement(step, normal, other)) : across(normal.dot(other));
+            level ? class_of(std::min(clarity[static_cast<std::size_t>(i)], clarity[static_cast<std::size_t>(j)]) *
+                             agreement(step, normal, other))
+                  : across(normal.dot(other));
       }
     }
   });
@@ -77,30 +146,36 @@ Propagation propagate_signs(std::span<const Eigen::Vector3d> points, std::span<c
     if (c != kNoEdge) ++place[(c & (kClasses - 1)) + 1u];
   for (std::size_t c = 0; c < kClasses; ++c) place[c + 1] += place[c];
   Propagation result;
-  const std::size_t num_level = place[kClasses - 1];
-  result.num_edges = static_cast<std::int64_t>(num_level);
+  const std::size_t num_clear = place[class_of(kClear)], num_level = place[kClasses - 1];
+  const std::size_t num_unbent = place[class_of(kBent)];
+  result.num_edges = static_cast<std::int64_t>(num_unbent);
   std::vector<std::uint32_t> edges(place[kClasses]);  // place in the neighbour table; opposed in the lowest bit
   for (std::size_t e = 0; e < classes.size(); ++e) {
     const std::uint16_t c = classes[e];
     if (c == kNoEdge) continue;
     edges[place[c & (kClasses - 1)]++] = static_cast<std::uint32_t>(e << 1) | (c >= kClasses ? 1u : 0u);
   }
-  classes = {};
-
   SignedUnionFind sets(static_cast<std::size_t>(n));
-  for (std::size_t e = 0; e < edges.size(); ++e) {
+  const auto ends_of = [&](std::uint32_t edge) {
+    return std::pair{static_cast<std::uint32_t>((edge >> 1) / k), static_cast<std::uint32_t>(neighbors.ids[edge >> 1])};
+  };
+  const auto contradicts = [&](std::uint32_t edge) {
+    const auto [i, j] = ends_of(edge);
+    return (sets.find(i).opposed != sets.find(j).opposed) != ((edge & 1u) != 0);
+  };
+  for (std::size_t e = 0; e < num_clear; ++e) {
     if (e % 65536 == 0)
       execution.report("signs", static_cast<std::int64_t>(e), static_cast<std::int64_t>(edges.size()));
-    const std::uint32_t slot = edges[e] >> 1;
-    const bool opposed = (edges[e] & 1u) != 0;
-    const auto i = static_cast<std::uint32_t>(slot / k), j = static_cast<std::uint32_t>(neighbors.ids[slot]);
-    if (e >= num_level) {
-      // Strays join the sheet they hover over; two sheets stay apart.
-      if (std::min(sets.size_of(i), sets.size_of(j)) <= static_cast<std::uint32_t>(k)) sets.join(i, j, opposed);
-      continue;
-    }
-    if (sets.join(i, j, opposed)) continue;
-    if ((sets.find(i).opposed != sets.find(j).opposed) != opposed) ++result.num_disagreeing;
+    const auto [i, j] = ends_of(edges[e]);
+    if (!sets.join(i, j, (edges[e] & 1u) != 0) && contradicts(edges[e])) ++result.num_disagreeing;
+  }
+  const auto unclear = std::span(edges).subspan(num_clear, num_level - num_clear);
+  join_by_votes(unclear, classes, ends_of, sets, execution);
+  for (const std::uint32_t edge : unclear.first(num_unbent - num_clear)) result.num_disagreeing += contradicts(edge);
+  for (const std::uint32_t edge : std::span(edges).subspan(num_level)) {
+    // Strays join the sheet they hover over; two sheets stay apart.
+    const auto [i, j] = ends_of(edge);
+    if (std::min(sets.size_of(i), sets.size_of(j)) <= static_cast<std::uint32_t>(k)) sets.join(i, j, (edge & 1u) != 0);
   }
 
   // Number the sets by falling size, then least point id.

@@ -16,7 +16,7 @@ struct Propagation {
       component_of_point;  ///< #P; -1 for points with a zero normal; by falling size, then least id
   std::int32_t num_components = 0;
   std::int64_t num_edges = 0;
-  std::int64_t num_disagreeing = 0;  ///< edges along which the final signs contradict the surface's turn
+  std::int64_t num_disagreeing = 0;  ///< of these, whose two signs contradict each other
 };
 
 struct PropagationParameters {
@@ -30,7 +30,7 @@ struct PropagationParameters {
 /// with n - 2 (n.e) e where the edge bends, with n itself where it is too short against the noise to tell (Hoppe 1992;
 /// Koenig and Gumhold 2009 for the turn). Edges are sorted into 4,096 classes of |cosine|, within a class by point id.
 Propagation propagate_signs(std::span<const Eigen::Vector3d> points, std::span<const Eigen::Vector3d> normals,
-                            const NearestNeighbors& neighbors, const PropagationParameters& parameters,
-                            const Execution& execution = {});
+                            std::span<const double> clarity, const NearestNeighbors& neighbors,
+                            const PropagationParameters& parameters, const Execution& execution = {});
 
 }  // namespace meshmser

@@ -80,7 +80,7 @@ TEST(Orient, IsRightOnNoisyShapesWithSharpEdges) {
 }
 
 TEST(Orient, DoesNotMixTheSheetsOfAThinWall) {
-  for (const double noise : {0.0, 0.1}) {
+  for (const double noise : {0.0, 0.1, 0.3}) {
     auto s = shapes::box({4, 3, 3 * kSpacing}, kSpacing);
     shapes::add_noise(s, noise * kSpacing, 4);
     const Orientation o = orient(cloud_of(s, kSpacing), {});
