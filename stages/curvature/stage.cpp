@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/stage/stage.hpp"
+#include "stages/common/bounding_box.hpp"
+#include "stages/curvature/curvature.hpp"
+
+namespace meshmser {
+
+template <>
+struct EnumNames<CurvatureMethod> {
+  static constexpr std::pair<CurvatureMethod, const char*> values[] = {{CurvatureMethod::kScaleSpace, "scale_space"},
+                                                                       {CurvatureMethod::kQuadric, "quadric"}};
+};
+
+namespace {
+
+struct CurvatureParameters {
+  Length radius = spacings(4);
+  int steps = 4;
+  CurvatureMethod method = CurvatureMethod::kScaleSpace;
+  std::optional<Length> height_radius;
+  int height_steps = 4;
+};
+
+void tell(const Curvature& made, const PointCloud& cloud, RunContext& context) {
+  const CurvatureReport& r = made.report;
+  context.report("radius", made.scalars.radius, context.units());
+  context.report("noise", r.noise, context.units());
+  if (cloud.spacing > 0) context.report("noise_in_spacings", r.noise / cloud.spacing);
+  for (const ScalarField& field : made.scalars.fields)
+    if (field.name == "mean_curvature" || field.name == "height")
+      context.report("sigma_" + field.name, field.noise,
+                     field.unit == "unit" ? context.units() : "1/" + context.units());
+  context.report("num_isolated", r.num_isolated);
+  context.report("num_unoriented", r.num_unoriented);
+  context.report("num_without_quadric", r.num_without_quadric);
+  const auto n = static_cast<std::int64_t>(cloud.num_points());
+  if (100 * r.num_isolated > n)
+    context.warn(
+        fmt::format("{} of {} points have too few neighbours within curvature.radius ({:.4g} {}) for a plane: "
+                    "their curvature is undefined; raise the radius",
+                    r.num_isolated, n, made.scalars.radius, context.units()));
+}
+
+struct CurvatureStage {
+  static constexpr StageInfo info{"curvature", 1,
+                                  "Smooths the points by projection on regression planes and measures the curvature "
+                                  "at every raw point [Digne et al. 2011]."};
+  using Parameters = CurvatureParameters;
+
+  static void declare(StageSchema& schema) {
+    schema.parameter("radius", &Parameters::radius, more_than(0), "",
+                     "Of the regression neighbourhood; features closer together than twice the radius merge.");
+    schema.parameter("steps", &Parameters::steps, range(1, 100), "steps",
+                     "Of smoothing; the last one measures the curvature.");
+    schema.parameter("method", &Parameters::method,
+                     "scale_space: H from the last step's displacement; quadric: from a quadric fitted to the raw "
+                     "points within the radius, for comparison.");
+    schema.parameter("height_radius", &Parameters::height_radius, more_than(0), "",
+                     "Adds the scalar height above a surface smoothed with this radius; costly when large.");
+    schema.parameter("height_steps", &Parameters::height_steps, range(1, 100), "steps", "Of that smoothing.");
+    schema.input<PointCloud>("points");
+    schema.input<PointNormals>("normals");
+    schema.output<SmoothedPoints>("smoothed");
+    schema.output<ScalarFields>("scalars");
+  }
+
+  static Outputs run(const Parameters& p, const Inputs& inputs, RunContext& context) {
+    const auto& cloud = inputs.get<PointCloud>("points");
+    const Scale scale{cloud.spacing, bounding_diagonal(cloud.positions), 0};
+    CurvatureOptions options;
+    options.radius = p.radius.resolve(scale);
+    options.steps = p.steps;
+    options.method = p.method;
+    if (p.height_radius) options.height_radius = p.height_radius->resolve(scale);
+    options.height_steps = p.height_steps;
+    Curvature made = measure_curvature(cloud, inputs.get<PointNormals>("normals"), options, context.execution());
+    tell(made, cloud, context);
+    Outputs outputs;
+    outputs.set("smoothed", std::move(made.smoothed));
+    outputs.set("scalars", std::move(made.scalars));
+    return outputs;
+  }
+};
+MESHMSER_STAGE(CurvatureStage);
+
+}  // namespace
+}  // namespace meshmser
