@@ -1,5 +1,5 @@
 #pragma once
-/// Closed borders of regions and label patches (SEMANTICS 10), on plain arrays.
+/// Closed borders of regions and label patches (definitions 10), on plain arrays.
 
 #include <Eigen/Core>
 #include <array>
@@ -18,7 +18,7 @@ namespace meshmser {
 ///
 /// `number_of_node`: #N; > 0 marks a region and is its number, 0 is none; several nodes never bear one number.
 /// `number_behind`: #F, what stands in `neighbours` for a level edge with that triangle behind it (the smallest region
-/// that contains it). Loops are in the order of SEMANTICS 10: by ascending number, then longest first, then smallest
+/// that contains it). Loops are in the order of definitions 10: by ascending number, then longest first, then smallest
 /// first half-edge. Loops of hole edges alone are counted, not returned.
 /// Time linear in mesh + tree + output, whatever the depth of nesting (but for rotating about vertices, whose fans
 /// are walked once per region that passes); the result does not depend on the number of threads.

@@ -1,5 +1,5 @@
 #pragma once
-/// Border curves off the mesh edges (SEMANTICS 10, interpolated variant), on plain arrays.
+/// Border curves off the mesh edges (definitions 10, interpolated variant), on plain arrays.
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-/// Areas as whole numbers, so that sums do not depend on order (SEMANTICS 6).
+/// Areas as whole numbers, so that sums do not depend on order (definitions 6).
 
 #include <bit>
 #include <cmath>

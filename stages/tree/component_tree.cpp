@@ -182,7 +182,7 @@ class Flood {
   ComponentTree& tree_;
 };
 
-/// Exact areas of the nodes (SEMANTICS 6): own triangles first, then every node into its parent, children first.
+/// Exact areas of the nodes (definitions 6): own triangles first, then every node into its parent, children first.
 void sum_areas(std::span<const double> areas, ComponentTree& tree) {
   const std::size_t n = tree.num_nodes();
   for (std::size_t t = 0; t < areas.size(); ++t)

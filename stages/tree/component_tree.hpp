@@ -1,5 +1,5 @@
 #pragma once
-/// The component tree of a mesh's triangles (SEMANTICS 6), on plain arrays.
+/// The component tree of a mesh's triangles (definitions 6), on plain arrays.
 
 #include <cstdint>
 #include <span>

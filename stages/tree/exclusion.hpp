@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles that leave the mesh before anything else (SEMANTICS 5).
+/// Triangles that leave the mesh before anything else (definitions 5).
 
 #include <Eigen/Core>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 /// From a mesh and a scalar on its vertices to its trees: exclusion, detrending, transform, levels, one tree a polarity
-/// (SEMANTICS 5 and 6).
+/// (definitions 5 and 6).
 
 #include "pipeline/artifacts/level_set_trees.hpp"
 #include "pipeline/artifacts/triangle_mesh.hpp"

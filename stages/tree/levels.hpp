@@ -1,5 +1,5 @@
 #pragma once
-/// Levels of a scalar and the triangles' levels in them (SEMANTICS 5), on plain arrays.
+/// Levels of a scalar and the triangles' levels in them (definitions 5), on plain arrays.
 
 #include <array>
 #include <cstdint>

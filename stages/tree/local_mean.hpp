@@ -1,5 +1,5 @@
 #pragma once
-/// A scalar's slow part, to be taken off it (SEMANTICS 5, `detrend`).
+/// A scalar's slow part, to be taken off it (definitions 5, `detrend`).
 
 #include <Eigen/Core>
 #include <array>

@@ -1,5 +1,5 @@
 #pragma once
-/// The scalar of a tree by its name, as one value a vertex (SEMANTICS 5).
+/// The scalar of a tree by its name, as one value a vertex (definitions 5).
 
 #include <limits>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-/// Proof, apart from the code that made them, that border loops are what SEMANTICS 10 says.
+/// Proof, apart from the code that made them, that border loops are what definitions 10 says.
 
 #include <Eigen/Core>
 #include <array>

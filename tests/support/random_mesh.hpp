@@ -1,5 +1,5 @@
 #pragma once
-/// Small random meshes with every trap of SEMANTICS: several components, holes, pinched vertices, ties and plateaus.
+/// Small random meshes with every trap: several components, holes, pinched vertices, ties and plateaus.
 
 #include <Eigen/Core>
 #include <array>
