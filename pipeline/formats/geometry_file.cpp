@@ -40,7 +40,10 @@ std::span<const std::string_view> geometry_formats() {
 }
 
 std::vector<Geometry> read_geometry_file(const std::filesystem::path& path, const ReadOptions& options) {
-  const FileBytes file = read_file_bytes(path);
+  return read_geometry(read_file_bytes(path), options);
+}
+
+std::vector<Geometry> read_geometry(const FileBytes& file, const ReadOptions& options) {
   const std::string format = options.format == "auto" ? format_of(file) : options.format;
   if (format != "xyz" && !format.empty() &&
       (!options.text.columns.empty() || options.text.decimal_comma || options.text.skip_bad_lines))

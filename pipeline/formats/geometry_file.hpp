@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "pipeline/formats/file_bytes.hpp"
 #include "pipeline/formats/geometry.hpp"
 #include "pipeline/formats/xyz.hpp"
 
@@ -20,8 +21,11 @@ struct ReadOptions {
 /// Names accepted by ReadOptions::format, without `auto`.
 std::span<const std::string_view> geometry_formats();
 
-/// Reads a file. One Geometry a scan: PTX may hold several, every other format one.
+/// Reads a file in memory. One Geometry a scan: PTX may hold several, every other format one.
 /// Throws InputError that names the file and what to do, also when the format is unknown or an option does not fit it.
+std::vector<Geometry> read_geometry(const FileBytes& file, const ReadOptions& options = {});
+
+/// As read_geometry, of the file at `path`.
 std::vector<Geometry> read_geometry_file(const std::filesystem::path& path, const ReadOptions& options = {});
 
 }  // namespace meshmser
