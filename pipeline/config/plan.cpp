@@ -156,8 +156,10 @@ class Planner {
         return problem(entry.location, message + "; '" + stages_[i].name + "' stands after it");
     std::string makers;
     for (const StageDefinition* definition : all_stages())
-      if (definition != entry.definition && made_by_kind(definition, port.type))
-        makers += (makers.empty() ? "" : " or ") + ("'" + std::string(definition->info.name) + "'");
+      if (definition != entry.definition && made_by_kind(definition, port.type)) {
+        makers += makers.empty() ? "'" : " or '";
+        makers.append(definition->info.name).append("'");
+      }
     problem(entry.location, makers.empty() ? message : message + "; " + makers + " can");
   }
 

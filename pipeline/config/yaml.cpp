@@ -176,6 +176,13 @@ class ValueBuilder : public YAML::EventHandler {
   int num_documents_ = 0;
 };
 
+void report(std::vector<Diagnostic>& problems, const std::string& file, int line, int column, std::string message) {
+  Diagnostic diagnostic;
+  diagnostic.location = {file, line, column};
+  diagnostic.message = std::move(message);
+  problems.push_back(std::move(diagnostic));
+}
+
 // The first byte that no text file has, or npos.
 std::size_t first_control_byte(std::string_view text) {
   const auto found = std::find_if(text.begin(), text.end(), [](char c) {
@@ -196,17 +203,17 @@ void set_locations(ConfigValue& value, const Location& location) {
 
 ConfigValue read_yaml(const std::string& text, const std::string& file, std::vector<Diagnostic>& problems) {
   if (text.size() > kMaxConfigBytes) {
-    problems.push_back({{file, 1, 1},
-                        "more than " + std::to_string(kMaxConfigBytes) +
-                            " bytes, no configuration is so large; where it is "
-                            "a scan, 'meshmser init' writes a configuration for it"});
+    report(problems, file, 1, 1,
+           "more than " + std::to_string(kMaxConfigBytes) +
+               " bytes, no configuration is so large; where it is a scan, 'meshmser init' writes a configuration "
+               "for it");
     return {};
   }
   if (const std::size_t at = first_control_byte(text); at != std::string::npos) {
     const auto line = static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
     const std::size_t before = text.rfind('\n', at);
     const auto column = static_cast<int>(before == std::string::npos ? at : at - before - 1);
-    problems.push_back({{file, line + 1, column + 1}, "a control byte; this is not a text file"});
+    report(problems, file, line + 1, column + 1, "a control byte; this is not a text file");
     return {};
   }
   ValueBuilder builder(file, problems);
@@ -217,8 +224,8 @@ ConfigValue read_yaml(const std::string& text, const std::string& file, std::vec
   } catch (const GiveUp&) {
   } catch (const YAML::Exception& error) {
     const bool known = error.mark.line >= 0 && error.mark.column >= 0;
-    problems.push_back(
-        {{file, known ? error.mark.line + 1 : 1, known ? error.mark.column + 1 : 1}, "not valid YAML: " + error.msg});
+    report(problems, file, known ? error.mark.line + 1 : 1, known ? error.mark.column + 1 : 1,
+           "not valid YAML: " + error.msg);
   }
   return builder.take();
 }
