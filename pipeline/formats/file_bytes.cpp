@@ -54,6 +54,10 @@ void FileBytes::fail(const std::string& message) const {
 }
 
 FileBytes read_file_bytes(const std::filesystem::path& path) {
+  return read_file_head(path, std::numeric_limits<std::size_t>::max());
+}
+
+FileBytes read_file_head(const std::filesystem::path& path, std::size_t most) {
   auto fail = [&](const std::string& message) { throw InputError(fmt::format("{}: {}", path.string(), message)); };
   Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
   if (file.value < 0) {
@@ -66,7 +70,7 @@ FileBytes read_file_bytes(const std::filesystem::path& path) {
   if (S_ISDIR(status.st_mode)) fail("is a folder; give a file, or list its files under 'files'");
   if (!S_ISREG(status.st_mode)) fail("is not a regular file; copy the data into a file first");
   if (status.st_size == 0) fail("is empty; expected a scan or a mesh");
-  const std::size_t size = static_cast<std::size_t>(status.st_size);
+  const std::size_t size = std::min(static_cast<std::size_t>(status.st_size), most);
   auto data = std::make_unique_for_overwrite<char[]>(size + 1);
   for (std::size_t done = 0; done < size;) {
     const ssize_t got = ::read(file.value, data.get() + done, size - done);

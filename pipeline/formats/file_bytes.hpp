@@ -39,6 +39,9 @@ class FileBytes {
 /// is cut short while it is read. O(bytes).
 FileBytes read_file_bytes(const std::filesystem::path& path);
 
+/// As read_file_bytes, but at most the first `most` bytes.
+FileBytes read_file_head(const std::filesystem::path& path, std::size_t most);
+
 /// What ends a line: '\n', or '\r' for text without any '\n' (old Macintosh files).
 char line_terminator(std::string_view text);
 

@@ -22,6 +22,7 @@ struct Geometry {
   std::vector<std::int32_t> corners;               ///< vertex of each corner, faces one after the other
   std::optional<Eigen::Vector3d> scanner_position;  ///< where the file says it
   std::optional<Eigen::Vector3d> view_direction;    ///< toward a far-away scanner, where the format implies it
+  bool loose_facets = false;                        ///< each face has vertices of its own (STL): equal ones are one
   std::int64_t num_skipped_lines = 0;               ///< bad lines left out on request
   std::int64_t num_empty_cells = 0;                 ///< of a scan grid: cells without a measured point
 

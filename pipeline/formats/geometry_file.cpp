@@ -63,4 +63,21 @@ std::vector<Geometry> read_geometry(const FileBytes& file, const ReadOptions& op
                         fmt::join(kFormats, ", ")));
 }
 
+bool announces_faces(const std::filesystem::path& path, const std::string& given_format) {
+  constexpr std::size_t kHead = 1 << 16;
+  FileBytes head = read_file_head(path, kHead);
+  const std::string format = given_format == "auto" ? format_of(head) : given_format;
+  if (format == "stl") return true;
+  if (format != "ply" && format != "off" && format != "obj") return false;
+  const std::string_view start(head.begin(), head.size());
+  if (format == "ply" && start.find("end_header") != std::string_view::npos) return ply_announces_faces(head);
+  const FileBytes file = head.size() < kHead ? std::move(head) : read_file_bytes(path);
+  if (format == "ply") return ply_announces_faces(file);
+  if (format == "off") return read_off(file).num_faces() > 0;
+  Lines lines(file.begin(), file.end(), line_terminator({file.begin(), file.size()}));
+  for (std::string_view line; lines.next(line);)
+    if (line.size() > 1 && line[0] == 'f' && is_blank(line[1])) return true;
+  return false;
+}
+
 }  // namespace meshmser

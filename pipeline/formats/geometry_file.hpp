@@ -28,4 +28,8 @@ std::vector<Geometry> read_geometry(const FileBytes& file, const ReadOptions& op
 /// As read_geometry, of the file at `path`.
 std::vector<Geometry> read_geometry_file(const std::filesystem::path& path, const ReadOptions& options = {});
 
+/// Whether reading the file would give faces, from as little of it as tells. `format`: as in ReadOptions.
+/// Throws InputError where the file cannot be read or its head is wrong.
+bool announces_faces(const std::filesystem::path& path, const std::string& format = "auto");
+
 }  // namespace meshmser

@@ -395,6 +395,13 @@ std::string_view ply_type_name(ValueType type) {
   return "double";
 }
 
+bool ply_announces_faces(const FileBytes& head) {
+  const Header header = parse_header(head);
+  return std::any_of(header.elements.begin(), header.elements.end(), [](const PlyElement& element) {
+    return (element.name == "face" || element.name == "tristrips") && element.count > 0;
+  });
+}
+
 Geometry read_ply(const FileBytes& file) {
   const Header header = parse_header(file);
   const bool swap = (header.encoding == Encoding::kBig) == (std::endian::native == std::endian::little);

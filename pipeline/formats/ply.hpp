@@ -20,6 +20,9 @@ namespace meshmser {
 /// with the size of the file before anything is allocated. O(bytes).
 Geometry read_ply(const FileBytes& file);
 
+/// Whether the header of a PLY file announces faces or strips. `head`: at least the whole header.
+bool ply_announces_faces(const FileBytes& head);
+
 struct PlyPropertySpec {
   std::string name;
   ValueType type = ValueType::kFloat64;

@@ -116,6 +116,7 @@ Geometry read_stl(const FileBytes& file) {
     geometry = read_binary(file, announced);
   }
   geometry.name = file.name();
+  geometry.loose_facets = true;
   return geometry;
 }
 

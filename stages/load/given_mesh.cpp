@@ -67,8 +67,7 @@ EdgeGroups group_edges(const std::vector<Triangle>& triangles) {
 
 class Builder {
  public:
-  Builder(const RawFaces& faces, const PointCloud& cloud, MergeVertices merge)
-      : faces_(faces), cloud_(cloud), merge_(merge) {}
+  Builder(const RawFaces& faces, const PointCloud& cloud, bool merge) : faces_(faces), cloud_(cloud), merge_(merge) {}
 
   GivenMesh build(const std::vector<Property>& raw_properties, MeshRepair repair) {
     map_raw_vertices();
@@ -146,8 +145,7 @@ class Builder {
     const std::array<std::int64_t, 3> c{c0, c1, c2};
     for (std::size_t k = 0; k < 3; ++k) {
       const std::int64_t vertex = faces_.corners[at(c[k])];
-      raw[k] = static_cast<std::int32_t>(
-          merge_ == MergeVertices::kYes ? cloud_.raw_index_of_point[at(point_of_raw_[at(vertex)])] : vertex);
+      raw[k] = static_cast<std::int32_t>(merge_ ? cloud_.raw_index_of_point[at(point_of_raw_[at(vertex)])] : vertex);
     }
     if (raw[0] == raw[1] || raw[1] == raw[2] || raw[2] == raw[0]) {
       ++result_.report.num_degenerate;
@@ -429,7 +427,7 @@ class Builder {
 
   const RawFaces& faces_;
   const PointCloud& cloud_;
-  MergeVertices merge_;
+  bool merge_;
   GivenMesh result_;
   std::vector<std::int32_t> point_of_raw_;
   std::vector<DropReason> reason_of_raw_;
@@ -440,7 +438,7 @@ class Builder {
 }  // namespace
 
 GivenMesh build_given_mesh(const RawFaces& faces, const PointCloud& cloud, const std::vector<Property>& raw_properties,
-                           MeshRepair repair, MergeVertices merge) {
+                           MeshRepair repair, bool merge) {
   return Builder(faces, cloud, merge).build(raw_properties, repair);
 }
 

@@ -19,7 +19,11 @@ enum class MeshRepair {
   kSplit,  ///< turn triangles where that helps, then cut the mesh along what remains
   kDrop,   ///< turn triangles where that helps, then drop all but the two largest at an edge
 };
-enum class MergeVertices { kNo, kYes };
+enum class MergeVertices {
+  kAuto,  ///< as kYes where a file has loose facets (STL), else kNo
+  kNo,
+  kYes
+};
 
 /// Faces by raw vertex: vertices count through all files in order, as raw points do.
 struct RawFaces {
@@ -57,6 +61,6 @@ struct GivenMesh {
 /// Throws InputError naming the first ten non-manifold or inconsistent edges unless `repair` says otherwise, and faces
 /// with non-finite vertices. O(n log n), one thread.
 GivenMesh build_given_mesh(const RawFaces& faces, const PointCloud& cloud, const std::vector<Property>& raw_properties,
-                           MeshRepair repair, MergeVertices merge);
+                           MeshRepair repair, bool merge_vertices);
 
 }  // namespace meshmser

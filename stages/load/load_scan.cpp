@@ -167,6 +167,20 @@ RawFaces join_faces(const std::vector<PosedScan>& scans) {
   return faces;
 }
 
+/// Distance of neighbouring floats at the largest coordinate, where every coordinate of the files is a float; else 0.
+double float_step(const std::vector<PosedScan>& scans) {
+  float largest = 0;
+  for (const PosedScan& scan : scans)
+    for (const Eigen::Vector3d& p : scan.geometry.positions)
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto rounded = static_cast<float>(p[axis]);
+        if (static_cast<double>(rounded) != p[axis] && std::isfinite(p[axis])) return 0;
+        if (std::isfinite(rounded)) largest = std::max(largest, std::abs(rounded));
+      }
+  return static_cast<double>(std::nextafter(largest, std::numeric_limits<float>::infinity())) -
+         static_cast<double>(largest);
+}
+
 std::string names_of(const std::vector<PosedScan>& scans) {
   return scans.size() == 1 ? scans[0].geometry.name
                            : fmt::format("{} and {} more", scans[0].geometry.name, scans.size() - 1);
@@ -208,6 +222,7 @@ LoadedScan load_scan(std::vector<PosedScan> scans, const LoadScanOptions& option
     report.num_skipped_lines += scan.geometry.num_skipped_lines;
     report.num_empty_cells += scan.geometry.num_empty_cells;
   }
+  report.float_step = float_step(scans);
   const bool has_mesh = options.use_faces && num_meshes > 0;
   if (has_mesh && num_meshes < scans.size())
     throw StageError(
@@ -334,8 +349,11 @@ LoadedScan load_scan(std::vector<PosedScan> scans, const LoadScanOptions& option
   place_scanners(scans, raw, points);
 
   if (has_mesh) {
-    GivenMesh given =
-        build_given_mesh(join_faces(scans), points, raw.properties, options.repair, options.merge_vertices);
+    const bool loose =
+        std::any_of(scans.begin(), scans.end(), [](const PosedScan& scan) { return scan.geometry.loose_facets; });
+    const bool merge =
+        options.merge_vertices == MergeVertices::kYes || (options.merge_vertices == MergeVertices::kAuto && loose);
+    GivenMesh given = build_given_mesh(join_faces(scans), points, raw.properties, options.repair, merge);
     loaded.mesh = std::move(given.mesh);
     loaded.normals = std::move(given.normals);
     report.mesh = given.report;

@@ -29,7 +29,7 @@ struct LoadScanOptions {
   std::optional<Eigen::AlignedBox3d> crop;  ///< in the frame of the scan; points on its faces are kept
   OutlierOptions outliers;
   MeshRepair repair = MeshRepair::kNone;
-  MergeVertices merge_vertices = MergeVertices::kNo;
+  MergeVertices merge_vertices = MergeVertices::kAuto;
   bool use_faces = true;  ///< false: the vertices of a mesh are a cloud
 };
 
@@ -37,8 +37,9 @@ struct LoadScanOptions {
 struct LoadReport {
   std::int64_t num_duplicates = 0, num_non_finite = 0, num_cropped = 0, num_outliers = 0;
   std::int64_t num_skipped_lines = 0, num_empty_cells = 0;
+  double float_step =
+      0;  ///< distance of neighbouring floats at the largest coordinate, where every one is a float; else 0
   GivenMeshReport mesh;
-  std::vector<std::string> warnings;
 };
 
 struct LoadedScan {
