@@ -95,13 +95,25 @@ BenchMesh make_bench_mesh(std::int64_t num_triangles, Shape shape, Scalar scalar
 BenchMesh make_nested_mesh(std::int64_t num_triangles, std::int32_t depth) {
   BenchMesh mesh = make_bench_mesh(num_triangles, Shape::kHeightField, Scalar::kSmooth, Ids::kOrdered);
   const auto n = static_cast<std::int32_t>(std::lround(std::sqrt(static_cast<double>(num_triangles) / 2)));
-  const std::int32_t ridges = 16 / depth, pitch = n / ridges;
+  const std::int32_t pitch = n / 4, middle = 12;
+  auto from_side = [&](std::int32_t x, std::int32_t y) {
+    return std::min({x % pitch, pitch - 1 - x % pitch, y % pitch, pitch - 1 - y % pitch});
+  };
   for (std::int32_t y = 0; y <= n; ++y)
     for (std::int32_t x = 0; x <= n; ++x) {
-      const std::int32_t from_side = std::min({y % pitch, pitch - 1 - y % pitch, x, n - x});
+      const bool is_tower = x / pitch < 4 && y / pitch < 4 && 4 * (y / pitch) + x / pitch < 16 / depth;
       mesh.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(n + 1) + static_cast<std::size_t>(x)] =
-          y / pitch < ridges ? std::min(from_side / 2, depth) : 0;
+          is_tower ? std::clamp(from_side(x, y) - (middle - depth / 2), 0, depth) : 0;
     }
+  std::vector<std::array<std::int32_t, 3>> kept;
+  for (std::int32_t y = 0; y < n; ++y)
+    for (std::int32_t x = 0; x < n; ++x) {
+      const std::size_t first =
+          2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(n) + static_cast<std::size_t>(x));
+      if (x % 4 != 0 || y % 4 != 0 || from_side(x, y) < middle + 10) kept.push_back(mesh.triangles[first]);
+      kept.push_back(mesh.triangles[first + 1]);
+    }
+  mesh.triangles = std::move(kept);
   return mesh;
 }
 

@@ -27,9 +27,9 @@ struct BenchMesh {
 /// About `num_triangles` triangles; the same for the same arguments.
 BenchMesh make_bench_mesh(std::int64_t num_triangles, Shape shape, Scalar scalar, Ids ids);
 
-/// A square field of about `num_triangles` triangles with a long ridge of `depth` terraces, nested in each other. The
-/// terraces' strips are so long and narrow that all borders are of nearly the same length, and there are 16 / depth
-/// ridges: the output is the same for every depth that divides 16.
+/// A square field of about `num_triangles` triangles in 16 cells, many holes in each; 16 / depth of the cells have a
+/// tower of `depth` terraces one square wide. The terraces' borders have the same length in all for every depth that
+/// divides 16, since the middle terrace of a tower is always at the same place; the holes lie within the highest.
 BenchMesh make_nested_mesh(std::int64_t num_triangles, std::int32_t depth);
 
 }  // namespace meshmser::bench
