@@ -77,7 +77,7 @@ VertexScalar find_vertex_scalar(const std::string& name, std::span<const StageFi
   } else {
     std::sort(available.begin(), available.end());
     available.erase(std::unique(available.begin(), available.end()), available.end());
-    text += "; there are ";
+    text += available.size() == 1 ? "; there is only " : "; there are ";
     for (std::size_t i = 0; i < available.size(); ++i)
       text += (i == 0 ? "" : i + 1 == available.size() ? " and " : ", ") + available[i];
   }

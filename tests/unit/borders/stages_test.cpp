@@ -1,0 +1,162 @@
+/// The adapters of tree, mser and borders, one after the other, as the pipeline calls them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/stage/stage.hpp"
+#include "tests/support/border_checker.hpp"
+
+namespace meshmser {
+namespace {
+
+using ::testing::HasSubstr;
+using Settings = std::vector<std::pair<std::string, ConfigValue>>;
+
+ConfigValue scalar(const std::string& text) {
+  ConfigValue value;
+  value.kind = ConfigValue::Kind::kScalar;
+  value.text = text;
+  return value;
+}
+
+/// The outputs of a stage with some parameters set as a configuration would.
+Outputs run(const std::string& name, const Settings& settings, const Inputs& inputs, RunContext& context) {
+  const StageDefinition* stage = find_stage(name);
+  if (stage == nullptr) throw std::logic_error("no stage " + name);
+  const std::shared_ptr<void> parameters = stage->make_parameters();
+  for (const auto& [key, value] : settings)
+    for (const Parameter& parameter : stage->parameters)
+      if (parameter.name == key) {
+        std::vector<Diagnostic> problems;
+        parameter.bind(value, {}, parameters.get(), problems);
+        for (const Diagnostic& problem : problems) ADD_FAILURE() << key << ": " << problem.message;
+      }
+  return stage->run(parameters.get(), inputs, context);
+}
+
+template <class T>
+Shared<T> output(const Outputs& outputs) {
+  return std::get<Shared<T>>(outputs.items().at(0).second);
+}
+
+/// A 40 x 40 sheet with a smooth hill in one half and a smooth pit in the other.
+TriangleMesh hill_and_pit() {
+  TriangleMesh mesh;
+  mesh.spacing = 1;
+  Property quality{"quality", ValueType::kFloat64, {}};
+  for (std::int32_t y = 0; y <= 40; ++y)
+    for (std::int32_t x = 0; x <= 40; ++x) {
+      mesh.positions.emplace_back(x, y, 0);
+      quality.values.push_back(std::tanh(5 - std::hypot(x - 11, y - 20)) - std::tanh(5 - std::hypot(x - 29, y - 20)));
+    }
+  for (std::int32_t y = 0; y < 40; ++y)
+    for (std::int32_t x = 0; x < 40; ++x) {
+      const std::int32_t a = y * 41 + x;
+      mesh.triangles.push_back({a, a + 1, a + 42});
+      mesh.triangles.push_back({a, a + 42, a + 41});
+    }
+  mesh.properties.push_back(quality);
+  return mesh;
+}
+
+class TreeMserBorders : public ::testing::Test {
+ protected:
+  void run_all(const Settings& tree_settings, const Settings& borders_settings) {
+    inputs_.add({"mesh", "load", Artifact(std::make_shared<const TriangleMesh>(mesh_))});
+    trees_ = output<LevelSetTrees>(run("tree", tree_settings, inputs_, context_));
+    inputs_.add({"trees", "tree", Artifact(trees_)});
+    segmentation_ = output<Segmentation>(run("mser", {}, inputs_, context_));
+    inputs_.add({"segmentation", "mser", Artifact(segmentation_)});
+    borders_ = output<BorderSet>(run("borders", borders_settings, inputs_, context_));
+  }
+
+  TriangleMesh mesh_ = hill_and_pit();
+  Inputs inputs_;
+  RunContext context_{Execution{}, "", "test", "mm"};
+  Shared<LevelSetTrees> trees_;
+  Shared<Segmentation> segmentation_;
+  Shared<BorderSet> borders_;
+};
+
+TEST_F(TreeMserBorders, HillAndPitAreEnclosed) {
+  run_all({{"scalar", scalar("quality")}}, {{"interpolate", scalar("true")}, {"smooth", scalar("0.2 spacing")}});
+  ASSERT_GE(segmentation_->regions.size(), 2u);
+  bool upper = false, lower = false;
+  for (std::size_t r = 0; r < segmentation_->regions.size(); ++r) {
+    const Region& region = segmentation_->regions[r];
+    (region.polarity == Polarity::kUpper ? upper : lower) = true;
+    const ComponentTree& tree = trees_->trees[region.polarity == Polarity::kUpper ? 0 : 1];
+    std::vector<std::uint8_t> inside;
+    for (const std::int32_t node : tree.node_of_triangle)
+      inside.push_back(node <= region.node &&
+                       node >= tree.first_node_of_subtree[static_cast<std::size_t>(region.node)]);
+    EXPECT_EQ(testing::check_border_loops(mesh_.positions, mesh_.triangles, trees_->excluded_of_triangle, inside,
+                                          borders_->regions, static_cast<std::int32_t>(r) + 1),
+              "");
+  }
+  EXPECT_TRUE(upper);
+  EXPECT_TRUE(lower);
+  EXPECT_GE(borders_->labels.num_loops(), 2u);
+  EXPECT_EQ(borders_->interpolated.first_point_of_curve.size(), borders_->regions.num_loops() + 1);
+  EXPECT_EQ(borders_->smooth.points.size(), borders_->interpolated.points.size());
+  EXPECT_DOUBLE_EQ(borders_->smooth_tolerance, 0.2);
+}
+
+TEST_F(TreeMserBorders, CurvesAreMadeOnlyWhereAskedFor) {
+  run_all({{"scalar", scalar("quality")}, {"polarity", scalar("upper")}}, {});
+  EXPECT_EQ(trees_->trees.size(), 1u);
+  for (const Region& region : segmentation_->regions) EXPECT_EQ(region.polarity, Polarity::kUpper);
+  EXPECT_GE(borders_->regions.num_loops(), 1u);
+  EXPECT_TRUE(borders_->interpolated.points.empty());
+  EXPECT_TRUE(borders_->smooth.points.empty());
+}
+
+TEST_F(TreeMserBorders, AllExcludedIsWarnedOfAndGivesNothing) {
+  run_all({{"scalar", scalar("quality")}, {"exclude_rim", scalar("100 spacing")}}, {});
+  EXPECT_TRUE(segmentation_->regions.empty());
+  EXPECT_EQ(borders_->regions.num_loops(), 0u);
+  ASSERT_FALSE(context_.warnings().empty());
+  EXPECT_THAT(context_.warnings()[0], HasSubstr("every triangle is left out"));
+}
+
+TEST_F(TreeMserBorders, UnknownScalarNamesWhatThereIs) {
+  try {
+    run_all({{"scalar", scalar("qualiti")}}, {});
+    FAIL();
+  } catch (const StageError& error) {
+    EXPECT_STREQ(error.what(), "there is no scalar 'qualiti'; there is only quality");
+  }
+}
+
+TEST(TreeStage, ParametersThatContradictAreNamed) {
+  const StageDefinition* tree = find_stage("tree");
+  ASSERT_NE(tree, nullptr);
+  auto problems_with = [&](const Settings& settings) {
+    const std::shared_ptr<void> parameters = tree->make_parameters();
+    std::vector<Diagnostic> problems;
+    for (const auto& [key, value] : settings)
+      for (const Parameter& parameter : tree->parameters)
+        if (parameter.name == key) parameter.bind(value, {}, parameters.get(), problems);
+    EXPECT_TRUE(problems.empty());
+    std::string text;
+    for (const auto& [parameter, message] : tree->check(parameters.get())) text += parameter + ": " + message + "\n";
+    return text;
+  };
+  EXPECT_EQ(problems_with({}), "");
+  EXPECT_EQ(problems_with({{"level_rule", scalar("step")}}), "level_rule: the rule step needs level_step\n");
+  EXPECT_EQ(problems_with({{"level_rule", scalar("list")}}), "level_rule: the rule list needs level_list\n");
+  ConfigValue range;
+  range.kind = ConfigValue::Kind::kList;
+  range.items = {scalar("98 %"), scalar("2 %")};
+  EXPECT_EQ(problems_with({{"range", range}}), "range: the first quantile must be less than the second\n");
+  range.items = {scalar("3"), scalar("-1")};
+  EXPECT_EQ(problems_with({{"value_range", range}}), "value_range: the first value must be less than the second\n");
+}
+
+}  // namespace
+}  // namespace meshmser
