@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "stages/common/adjacency.hpp"
 #include "stages/common/parallel.hpp"
@@ -46,6 +47,8 @@ std::vector<Segment> long_rims(std::span<const Eigen::Vector3d> positions,
 /// Segments in cubes by their middle; a point asks the 27 cubes around it.
 class SegmentGrid {
  public:
+  using Cell = std::array<std::int64_t, 3>;
+
   SegmentGrid(std::vector<Segment> segments, double distance) : distance_(distance) {
     double longest = 0;
     low_ = segments.front().from;
@@ -58,21 +61,32 @@ class SegmentGrid {
     std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
   }
 
-  bool is_near(const Eigen::Vector3d& point) const {
+  /// The segments that may be near a point of the cell, for several points of one cell in a row.
+  struct Nearby {
+    std::optional<Cell> cell;
+    std::vector<Segment> segments;
+  };
+
+  bool is_near(const Eigen::Vector3d& point, Nearby& nearby) const {
     const Cell c = cell(point);
+    if (nearby.cell != c) find_nearby(c, nearby);
+    return std::any_of(nearby.segments.begin(), nearby.segments.end(),
+                       [&](const Segment& segment) { return distance_to(point, segment) < distance_; });
+  }
+
+ private:
+  void find_nearby(const Cell& c, Nearby& nearby) const {
+    nearby.cell = c;
+    nearby.segments.clear();
     for (std::int64_t z = c[2] - 1; z <= c[2] + 1; ++z)
       for (std::int64_t y = c[1] - 1; y <= c[1] + 1; ++y) {
         const Key from = key({c[0] - 1, y, z}), to = key({c[0] + 1, y, z});
         auto i = std::lower_bound(entries_.begin(), entries_.end(), from,
                                   [](const Entry& entry, const Key& k) { return entry.key < k; });
-        for (; i != entries_.end() && i->key <= to; ++i)
-          if (distance_to(point, i->segment) < distance_) return true;
+        for (; i != entries_.end() && i->key <= to; ++i) nearby.segments.push_back(i->segment);
       }
-    return false;
   }
 
- private:
-  using Cell = std::array<std::int64_t, 3>;
   using Key = std::array<std::int64_t, 3>;  ///< z, y, x
   struct Entry {
     Key key;
@@ -112,8 +126,9 @@ Exclusion exclude_triangles(std::span<const Eigen::Vector3d> positions,
       const SegmentGrid grid(std::move(rims), rim_distance);
       parallel_chunks(static_cast<std::int64_t>(positions.size()), 1 << 12, "rims", execution,
                       [&](std::int64_t begin, std::int64_t end) {
+                        SegmentGrid::Nearby nearby;
                         for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
-                          near[v] = grid.is_near(positions[v]);
+                          near[v] = grid.is_near(positions[v], nearby);
                       });
     }
   }

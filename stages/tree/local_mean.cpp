@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "stages/common/parallel.hpp"
+#include "stages/common/simd.hpp"
 
 namespace meshmser {
 namespace {
@@ -92,8 +93,56 @@ Grid make_grid(std::span<const Eigen::Vector3d> positions, std::span<const doubl
   return grid;
 }
 
+/// Cubes as columns of numbers, in fours; the last four are filled up with cubes without weight.
+struct Columns {
+  std::vector<double> x, y, z, weight, sum;
+
+  void clear() {
+    for (std::vector<double>* column : {&x, &y, &z, &weight, &sum}) column->clear();
+  }
+  void add(const Eigen::Vector3d& centre, double w, double s) {
+    x.push_back(centre[0]);
+    y.push_back(centre[1]);
+    z.push_back(centre[2]);
+    weight.push_back(w);
+    sum.push_back(s);
+  }
+  void fill_up() {
+    while (x.size() % kLanes != 0) add(Eigen::Vector3d::Zero(), 0, 0);
+  }
+};
+
+struct Total {
+  double weight, sum;
+};
+
+/// Weight and weighted sum of the ball about a point. A cube's share falls from 1 to 0 with the square of its distance,
+/// which near the ball's surface is as good as linear and needs no root.
+MESHMSER_SIMD Total ball_total(const Columns& cubes, const Eigen::Vector3d& centre, double radius, double size) {
+  const double slope = 1 / (2 * radius * size), at_zero = radius * radius * slope + 0.5;
+  const Lanes zero = {}, one = zero + 1;
+  Lanes weight = zero, sum = zero;
+  for (std::size_t i = 0; i < cubes.x.size(); i += kLanes) {
+    Lanes x, y, z, cube_weight, cube_sum;
+    __builtin_memcpy(&x, cubes.x.data() + i, sizeof x);
+    __builtin_memcpy(&y, cubes.y.data() + i, sizeof y);
+    __builtin_memcpy(&z, cubes.z.data() + i, sizeof z);
+    __builtin_memcpy(&cube_weight, cubes.weight.data() + i, sizeof cube_weight);
+    __builtin_memcpy(&cube_sum, cubes.sum.data() + i, sizeof cube_sum);
+    x -= centre[0];
+    y -= centre[1];
+    z -= centre[2];
+    Lanes share = at_zero - slope * (x * x + y * y + z * z);
+    share = share > zero ? share : zero;
+    share = share < one ? share : one;
+    weight += share * cube_weight;
+    sum += share * cube_sum;
+  }
+  return {(weight[0] + weight[1]) + (weight[2] + weight[3]), (sum[0] + sum[1]) + (sum[2] + sum[3])};
+}
+
 /// Cubes with weight that may touch a ball of `radius` around a point of `cube`.
-void gather(const Grid& grid, const Cube& cube, double radius, std::vector<Cube>& near) {
+void gather(const Grid& grid, const Cube& cube, double radius, Columns& near) {
   near.clear();
   const auto reach = static_cast<std::int32_t>(radius / grid.size + 1.5);
   const std::int32_t y = cube.row % grid.rows_y, z = cube.row / grid.rows_y;
@@ -107,8 +156,9 @@ void gather(const Grid& grid, const Cube& cube, double radius, std::vector<Cube>
       auto i = std::lower_bound(begin, end, cube.column - reach,
                                 [](const Cube& c, std::int32_t column) { return c.column < column; });
       for (; i != end && i->column <= cube.column + reach; ++i)
-        if (i->weight > 0) near.push_back(*i);
+        if (i->weight > 0) near.add(i->centre, i->weight, i->sum);
     }
+  near.fill_up();
 }
 
 }  // namespace
@@ -129,19 +179,13 @@ std::vector<double> local_means(std::span<const Eigen::Vector3d> positions, std:
   const Grid grid = make_grid(positions, values, weights, radius);
   parallel_chunks(static_cast<std::int64_t>(grid.cubes.size()), 256, "local mean", execution,
                   [&](std::int64_t first, std::int64_t last) {
-                    std::vector<Cube> near;
+                    Columns near;
                     for (auto c = static_cast<std::size_t>(first); c < static_cast<std::size_t>(last); ++c) {
                       gather(grid, grid.cubes[c], radius, near);
                       for (std::int32_t i = grid.first_of_cube[c]; i < grid.first_of_cube[c + 1]; ++i) {
                         const auto v = static_cast<std::size_t>(grid.vertices[static_cast<std::size_t>(i)]);
-                        double weight = 0, sum = 0;
-                        for (const Cube& cube : near) {
-                          const double distance = (cube.centre - positions[v]).norm();
-                          const double share = std::clamp((radius - distance) / grid.size + 0.5, 0.0, 1.0);
-                          weight += share * cube.weight;
-                          sum += share * cube.sum;
-                        }
-                        if (weight > 0) means[v] = sum / weight;
+                        const Total total = ball_total(near, positions[v], radius, grid.size);
+                        if (total.weight > 0) means[v] = total.sum / total.weight;
                       }
                     }
                   });
