@@ -14,6 +14,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // The quadric sees somewhat less than the scale-space step, which blurs less: 3.5 spacings for a radius of 4.
 constexpr double kQuadricShare = 0.875;
+constexpr double kNoiseRadius = 4;  // spacings
 
 std::vector<double> crease_of(const std::vector<double>& largest, const std::vector<double>& mean) {
   std::vector<double> crease(mean.size());
@@ -30,6 +31,10 @@ Curvature measure_curvature(const PointCloud& cloud, const PointNormals& normals
   Curvature result;
   const ScaleSpaceParameters scale{options.radius, options.steps};
   ScaleSpace space = scale_space(cloud.positions, normals.normals, scale, execution);
+  // A wide neighbourhood's residuals hold the relief itself: sigma_z is measured at 4 spacings at most.
+  const double near = kNoiseRadius * cloud.spacing;
+  if (near > 0 && options.radius > 1.1 * near)
+    space.noise = scale_space(cloud.positions, normals.normals, {near, 1}, execution).noise;
   result.report.noise = space.noise;
   result.report.num_isolated = space.num_isolated;
   for (const Eigen::Vector3d& normal : normals.normals)

@@ -8,6 +8,7 @@
 #include "pipeline/stage/stage.hpp"
 #include "stages/common/bounding_box.hpp"
 #include "stages/curvature/curvature.hpp"
+#include "stages/curvature/line_scale.hpp"
 
 namespace meshmser {
 
@@ -23,6 +24,7 @@ struct CurvatureParameters {
   Length radius = spacings(4);
   int steps = 4;
   CurvatureMethod method = CurvatureMethod::kScaleSpace;
+  std::optional<AutoOr<Length>> line_width;
   std::optional<Length> height_radius;
   int height_steps = 4;
 };
@@ -61,6 +63,10 @@ struct CurvatureStage {
     schema.parameter("method", &Parameters::method,
                      "scale_space: H from the last step's displacement; quadric: from a quadric fitted to the raw "
                      "points within the radius, for comparison.");
+    schema.parameter(
+        "line_width", &Parameters::line_width, more_than(0), "",
+        "Width of the lines looked for; sets radius to 0.375 of it and steps to 4; auto measures it on the "
+        "scan's relief.");
     schema.parameter("height_radius", &Parameters::height_radius, more_than(0), "",
                      "Adds the scalar height above a surface smoothed with this radius; costly when large.");
     schema.parameter("height_steps", &Parameters::height_steps, range(1, 100), "steps", "Of that smoothing.");
@@ -76,10 +82,23 @@ struct CurvatureStage {
     CurvatureOptions options;
     options.radius = p.radius.resolve(scale);
     options.steps = p.steps;
+    const auto& normals = inputs.get<PointNormals>("normals");
+    double line_width = 0;
+    if (p.line_width) {
+      constexpr int kStepsForLines = 4;
+      options.steps = kStepsForLines;
+      options.radius =
+          p.line_width->automatic
+              ? measure_line_scale(cloud.positions, normals.normals, cloud.spacing, context.execution()).radius
+              : kRadiusOfLineWidth * p.line_width->value.resolve(scale);
+      line_width = options.radius / kRadiusOfLineWidth;
+      context.report("line_width", line_width, context.units());
+    }
     options.method = p.method;
     if (p.height_radius) options.height_radius = p.height_radius->resolve(scale);
     options.height_steps = p.height_steps;
-    Curvature made = measure_curvature(cloud, inputs.get<PointNormals>("normals"), options, context.execution());
+    Curvature made = measure_curvature(cloud, normals, options, context.execution());
+    made.scalars.line_width = line_width;
     tell(made, cloud, context);
     Outputs outputs;
     outputs.set("smoothed", std::move(made.smoothed));
