@@ -110,8 +110,8 @@ TEST(MeanCurvature, HasItsSignAndIsRightWithinTwoPercent) {
 // The error of a step is of second order in the radius: halving it quarters the error, as long as the sampling is fine.
 TEST(MeanCurvature, ConvergesWithSecondOrder) {
   for (const auto& [s, within] :
-       {std::pair{shapes::sphere(1, 0.012), 1.0}, std::pair{shapes::cylinder(1, 2.4, 0.012), 0.1},
-        std::pair{shapes::torus(3, 1, 0.024), 2.0}}) {
+       {std::pair{shapes::sphere(1, 0.02), 1.0}, std::pair{shapes::cylinder(1, 2.4, 0.02), 0.1},
+        std::pair{shapes::torus(3, 1, 0.035), 2.0}}) {
     const double coarse = relative_error(s, 0.37, within).mean, fine = relative_error(s, 0.185, within).mean;
     EXPECT_NEAR(std::log2(coarse / fine), 2, 0.4) << coarse << " " << fine;
   }
