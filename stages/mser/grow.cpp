@@ -1,5 +1,6 @@
 #include "stages/mser/grow.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,25 +15,25 @@ namespace {
 
 constexpr std::int32_t kSteps = 4096;
 
-/// Triangles waiting in kSteps queues, first in, first out in each, linked through one array.
+/// Half-edges waiting in kSteps queues, first in, first out in each, linked through one array.
 class StepQueues {
  public:
-  explicit StepQueues(std::size_t num_triangles) : next_(num_triangles, -1) {
+  explicit StepQueues(std::size_t num_half_edges) : next_(num_half_edges, -1) {
     first_.fill(-1);
     last_.fill(-1);
   }
 
-  /// Puts a triangle into a queue, or into the one being emptied if that is a later one.
-  void push(std::int32_t triangle, std::int32_t step) {
+  /// Puts a half-edge into a queue, or into the one being emptied if that is a later one.
+  void push(std::int32_t half_edge, std::int32_t step) {
     const auto s = static_cast<std::size_t>(std::max(step, current_));
     if (first_[s] < 0)
-      first_[s] = triangle;
+      first_[s] = half_edge;
     else
-      next_[static_cast<std::size_t>(last_[s])] = triangle;
-    last_[s] = triangle;
+      next_[static_cast<std::size_t>(last_[s])] = half_edge;
+    last_[s] = half_edge;
   }
 
-  /// The next triangle, or -1.
+  /// The next half-edge, or -1.
   std::int32_t pop() {
     while (current_ < kSteps && first_[static_cast<std::size_t>(current_)] < 0) ++current_;
     if (current_ == kSteps) return -1;
@@ -46,28 +47,39 @@ class StepQueues {
   std::int32_t current_ = 0;
 };
 
-/// Floods with a step for each (triangle, label).
-template <class StepOf>
+/// Floods across half-edges, in the order of step_of(half-edge, triangle behind it) as it is when the half-edge is met;
+/// `entered(from, to)` tells when a triangle takes the label of another.
+template <class StepOf, class Entered>
 std::vector<std::int32_t> flood(const SurfaceView& surface, std::span<const std::int32_t> labels,
-                                std::span<const std::uint8_t> excluded, StepOf step_of) {
+                                std::span<const std::uint8_t> excluded, StepOf step_of, Entered entered) {
   std::vector<std::int32_t> grown(labels.begin(), labels.end());
-  StepQueues queues(labels.size());
+  StepQueues queues(surface.twins.size());
   const auto reach = [&](std::size_t from) {
-    const std::int32_t label = grown[from];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t twin = surface.twins[3 * from + k];
-      if (twin < 0) continue;
-      const std::int32_t triangle = twin / 3;
-      const auto t = static_cast<std::size_t>(triangle);
-      if (grown[t] != 0 || (!excluded.empty() && excluded[t] != 0)) continue;
-      grown[t] = label;
-      queues.push(triangle, step_of(t, label));
+    for (std::size_t h = 3 * from; h < 3 * from + 3; ++h) {
+      if (surface.twins[h] < 0) continue;
+      const auto to = static_cast<std::size_t>(surface.twins[h] / 3);
+      if (grown[to] != 0 || (!excluded.empty() && excluded[to] != 0)) continue;
+      queues.push(static_cast<std::int32_t>(h), step_of(h, to));
     }
   };
   for (std::size_t t = 0; t < labels.size(); ++t)
     if (labels[t] != 0) reach(t);
-  for (std::int32_t t = queues.pop(); t >= 0; t = queues.pop()) reach(static_cast<std::size_t>(t));
+  for (std::int32_t h = queues.pop(); h >= 0; h = queues.pop()) {
+    const auto from = static_cast<std::size_t>(h / 3);
+    const auto to = static_cast<std::size_t>(surface.twins[static_cast<std::size_t>(h)] / 3);
+    if (grown[to] != 0) continue;
+    grown[to] = grown[from];
+    entered(from, to);
+    reach(to);
+  }
   return grown;
+}
+
+/// The lesser of a value at the two ends of a half-edge.
+double weaker_end(const SurfaceView& surface, std::span<const double> values, std::size_t half_edge) {
+  const auto& corners = surface.triangles[half_edge / 3];
+  return std::min(values[static_cast<std::size_t>(corners[half_edge % 3])],
+                  values[static_cast<std::size_t>(corners[(half_edge + 1) % 3])]);
 }
 
 /// Steps equal in log(1 + x / unit) from 0 to the greatest x.
@@ -192,7 +204,37 @@ std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::spa
                                             std::span<const double> strength, std::span<const std::uint8_t> excluded) {
   const double greatest = strength.empty() ? 0 : *std::max_element(strength.begin(), strength.end());
   const LogSteps steps(typical(strength), greatest);
-  return flood(surface, labels, excluded, [&](std::size_t t, std::int32_t) { return steps(strength[t]); });
+  return flood(
+      surface, labels, excluded,
+      [&](std::size_t half_edge, std::size_t) { return steps(weaker_end(surface, strength, half_edge)); },
+      [](std::size_t, std::size_t) {});
+}
+
+std::vector<std::int32_t> flood_facets(const SurfaceView& surface, std::span<const std::int32_t> labels,
+                                       std::span<const double> curvature, std::span<const Eigen::Vector3d> normals,
+                                       double width, std::span<const std::uint8_t> excluded) {
+  constexpr float kFollow = 0.03F;
+  constexpr double kFinestTurn = 0.05, kGreatestTurn = 2;
+  const double greatest = curvature.empty() ? 0 : *std::max_element(curvature.begin(), curvature.end());
+  const LogSteps steps(kFinestTurn, kGreatestTurn + width * greatest);
+  const auto normal_of = [&](std::size_t t) -> Eigen::Vector3f {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const std::int32_t v : surface.triangles[t]) sum += normals[static_cast<std::size_t>(v)];
+    return sum.normalized().cast<float>();
+  };
+  // The normal that a labelled triangle hands on.
+  std::vector<Eigen::Vector3f> expected(labels.size());
+  for (std::size_t t = 0; t < labels.size(); ++t)
+    if (labels[t] != 0) expected[t] = normal_of(t);
+  return flood(
+      surface, labels, excluded,
+      [&](std::size_t half_edge, std::size_t to) {
+        const double bend = curvature.empty() ? 0 : width * weaker_end(surface, curvature, half_edge);
+        return steps(bend + static_cast<double>((expected[half_edge / 3] - normal_of(to)).norm()));
+      },
+      [&](std::size_t from, std::size_t to) {
+        expected[to] = (expected[from] + kFollow * normal_of(to)).normalized();
+      });
 }
 
 std::vector<std::int32_t> flood_by_likeness(const SurfaceView& surface, std::span<const std::int32_t> labels,
@@ -211,9 +253,14 @@ std::vector<std::int32_t> flood_by_likeness(const SurfaceView& surface, std::spa
   for (std::size_t t = 0; t < values.size(); ++t) spread[t] = std::abs(values[t] - centre);
   const double greatest = spread.empty() ? 0 : *std::max_element(spread.begin(), spread.end());
   const LogSteps steps(typical(spread), 2 * greatest);
-  return flood(surface, labels, excluded, [&](std::size_t t, std::int32_t label) {
-    return steps(std::abs(values[t] - mean[static_cast<std::size_t>(label)]));
-  });
+  // Which label asks is known by the half-edge: labels of its triangle change only from 0.
+  std::vector<std::int32_t> label_of(labels.begin(), labels.end());
+  return flood(
+      surface, labels, excluded,
+      [&](std::size_t half_edge, std::size_t to) {
+        return steps(std::abs(values[to] - mean[static_cast<std::size_t>(label_of[half_edge / 3])]));
+      },
+      [&](std::size_t from, std::size_t to) { label_of[to] = label_of[from]; });
 }
 
 std::vector<std::int32_t> drop_whole_components(const SurfaceView& surface, std::span<const std::int32_t> labels) {

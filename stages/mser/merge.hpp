@@ -20,10 +20,10 @@ std::vector<std::int32_t> merge_by_saliency(const SurfaceView& surface, std::spa
                                             double threshold, const Execution& execution = {});
 
 struct TurningParameters {
-  double threshold = 5 * 0.017453292519943295;  ///< radians
+  double threshold = 6 * 0.017453292519943295;  ///< radians
   double radius = 0;                            ///< of the surroundings compared, in coordinate units; 6 h is good
   std::int32_t samples = 60;                    ///< at most so many places along a border
-  double curvature_quantile = 0.1;              ///< of a region's curvature, which its own bending explains
+  double curvature_quantile = 0.2;              ///< of a region's curvature, which its own bending explains
 };
 
 /// Joins two labels while the surface turns across their common border by less than the threshold (in the median over

@@ -17,22 +17,26 @@
 namespace meshmser {
 namespace {
 
-void check_sizes(const SurfaceView& surface, const LevelSetTrees& level_sets, std::span<const double> strength,
-                 std::span<const double> curvature, const SegmentParameters& parameters) {
-  const std::size_t num_triangles = surface.triangles.size(), num_vertices = surface.positions.size();
+void check(const SegmentInputs& inputs, const SegmentParameters& parameters) {
+  const std::size_t num_triangles = inputs.surface.triangles.size(), num_vertices = inputs.surface.positions.size();
   const auto expect = [](std::string_view what, std::size_t is, std::size_t expected) {
     if (is != expected)
       throw StageError(std::string(what) + " has " + std::to_string(is) + " entries; the mesh needs " +
                        std::to_string(expected));
   };
-  expect("the adjacency", surface.twins.size(), 3 * num_triangles);
+  const LevelSetTrees& level_sets = inputs.level_sets;
+  expect("the adjacency", inputs.surface.twins.size(), 3 * num_triangles);
   expect("the scalar", level_sets.values.size(), num_vertices);
   if (!level_sets.excluded_of_triangle.empty())
     expect("the list of excluded triangles", level_sets.excluded_of_triangle.size(), num_triangles);
   for (const ComponentTree& tree : level_sets.trees)
     expect("a tree's list of triangles", tree.node_of_triangle.size(), num_triangles);
-  if (!strength.empty()) expect("the strength", strength.size(), num_vertices);
-  if (!curvature.empty()) expect("the curvature", curvature.size(), num_vertices);
+  if (!inputs.strength.empty()) expect("the strength", inputs.strength.size(), num_vertices);
+  if (!inputs.curvature.empty()) expect("the curvature", inputs.curvature.size(), num_vertices);
+  if (parameters.grow == Grow::kWatershed && parameters.flood_by == FloodBy::kFacets) {
+    expect("the list of normals", inputs.normals.size(), num_vertices);
+    if (!(parameters.flood_width > 0)) throw StageError("flooding facets needs a width greater than 0");
+  }
   if (parameters.merge == Merge::kTurning && !(parameters.turning_radius > 0))
     throw StageError("merging by turning needs a radius greater than 0");
 }
@@ -169,40 +173,57 @@ std::vector<double> magnitudes(std::span<const double> values) {
   return result;
 }
 
+std::vector<std::int32_t> flood(const SegmentInputs& inputs, std::span<const std::int32_t> labels,
+                                std::span<const double> strength, std::span<const double> curvature,
+                                std::span<const double> areas, const SegmentParameters& parameters,
+                                const Execution& execution) {
+  const std::vector<std::uint8_t>& excluded = inputs.level_sets.excluded_of_triangle;
+  switch (parameters.flood_by) {
+    case FloodBy::kFacets:
+      return flood_facets(inputs.surface, labels, curvature, inputs.normals, parameters.flood_width, excluded);
+    case FloodBy::kLikeness:
+      return flood_by_likeness(inputs.surface, labels,
+                               triangle_means(inputs.surface, finite(inputs.level_sets.values), execution), areas,
+                               excluded);
+    case FloodBy::kStrength:
+      break;
+  }
+  return flood_by_strength(inputs.surface, labels, strength, excluded);
+}
+
 /// Absorbs, floods and merges; labels may be in any numbering.
-std::vector<std::int32_t> grow_and_merge(const SurfaceView& surface, const LevelSetTrees& level_sets,
-                                         std::vector<std::int32_t> labels, std::span<const double> strength,
-                                         std::span<const double> curvature, std::span<const double> areas,
-                                         const SegmentParameters& parameters, const Execution& execution) {
+std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vector<std::int32_t> labels,
+                                         std::span<const double> areas, const SegmentParameters& parameters,
+                                         const Execution& execution) {
+  const SurfaceView& surface = inputs.surface;
   if (parameters.grow != Grow::kNone && parameters.absorb_area > 0)
     labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
   execution.check();
-  const std::vector<double> strong =
-      magnitudes(strength.empty() ? std::span<const double>(level_sets.values) : strength);
+  const std::vector<double> strength =
+      magnitudes(inputs.strength.empty() ? std::span<const double>(inputs.level_sets.values) : inputs.strength);
+  const std::vector<double> curvature = magnitudes(inputs.curvature);
   if (parameters.grow == Grow::kWatershed)
-    labels = parameters.flood_by == FloodBy::kStrength
-                 ? flood_by_strength(surface, labels, triangle_means(surface, strong, execution),
-                                     level_sets.excluded_of_triangle)
-                 : flood_by_likeness(surface, labels, triangle_means(surface, finite(level_sets.values), execution),
-                                     areas, level_sets.excluded_of_triangle);
+    labels = flood(inputs, labels, strength, curvature, areas, parameters, execution);
   execution.check();
   if (parameters.merge == Merge::kSaliency)
-    labels = merge_by_saliency(surface, labels, strong, areas, parameters.saliency, execution);
+    labels = merge_by_saliency(surface, labels, strength, areas, parameters.saliency, execution);
   if (parameters.merge == Merge::kTurning) {
+    TurningParameters turning;
+    turning.threshold = parameters.turning;
+    turning.radius = parameters.turning_radius;
     std::vector<double> bending;
-    if (!curvature.empty()) bending = triangle_means(surface, magnitudes(curvature), execution);
-    labels =
-        merge_by_turning(surface, labels, bending, {parameters.turning, parameters.turning_radius, 60, 0.1}, execution);
+    if (!curvature.empty()) bending = triangle_means(surface, curvature, execution);
+    labels = merge_by_turning(surface, labels, bending, turning, execution);
   }
   return drop_whole_components(surface, labels);
 }
 
 }  // namespace
 
-Segmentation segment(const SurfaceView& surface, const LevelSetTrees& level_sets, std::span<const double> strength,
-                     std::span<const double> curvature, const SegmentParameters& parameters,
-                     const Execution& execution) {
-  check_sizes(surface, level_sets, strength, curvature, parameters);
+Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& parameters, const Execution& execution) {
+  check(inputs, parameters);
+  const SurfaceView& surface = inputs.surface;
+  const LevelSetTrees& level_sets = inputs.level_sets;
   const std::vector<ComponentTree>& trees = level_sets.trees;
   const std::vector<double> areas = triangle_areas(surface.positions, surface.triangles, execution);
   const std::vector<double> triangle_values = triangle_means(surface, level_sets.values, execution);
@@ -234,8 +255,8 @@ Segmentation segment(const SurfaceView& surface, const LevelSetTrees& level_sets
   execution.report("labelling triangles", 3, 4);
   Patches patches = split_patches(surface.twins, segmentation.region_of_triangle, areas);
   if (parameters.grow != Grow::kNone || parameters.merge != Merge::kNone) {
-    const std::vector<std::int32_t> grown = grow_and_merge(surface, level_sets, patches.patch_of_triangle, strength,
-                                                           curvature, areas, parameters, execution);
+    const std::vector<std::int32_t> grown =
+        grow_and_merge(inputs, patches.patch_of_triangle, areas, parameters, execution);
     Patches final_patches = split_patches(surface.twins, grown, areas);
     for (std::int32_t& number : final_patches.number_of_patch)
       number = patches.number_of_patch[static_cast<std::size_t>(number)];

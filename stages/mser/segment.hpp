@@ -17,7 +17,7 @@ namespace meshmser {
 
 enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch };
 enum class Grow : std::uint8_t { kNone, kAbsorb, kWatershed };
-enum class FloodBy : std::uint8_t { kStrength, kLikeness };
+enum class FloodBy : std::uint8_t { kStrength, kFacets, kLikeness };
 enum class Merge : std::uint8_t { kNone, kSaliency, kTurning };
 
 /// Areas in coordinate units squared, lengths in coordinate units, scalars in units of S.
@@ -41,19 +41,25 @@ struct SegmentParameters {
   Grow grow = Grow::kNone;
   double absorb_area = 0;  ///< patches below this join a neighbour, unless grow is none
   FloodBy flood_by = FloodBy::kStrength;
+  double flood_width = 0;  ///< for facets: see flood_facets
   Merge merge = Merge::kNone;
   double saliency = 0;
-  double turning = 5 * 0.017453292519943295;  ///< radians
+  double turning = 6 * 0.017453292519943295;  ///< radians
   double turning_radius = 0;                  ///< > 0 for merging by turning
 };
 
-/// Segments a surface by the level sets of a scalar on it. `surface`: twins after cut_out_triangles of what the trees
-/// exclude. `strength`: #V, >= 0, what borders are strong in (empty: |S|); `curvature`: #V, >= 0, the greatest
-/// principal curvature, for merging by turning (empty: none). Regions and labels are numbered from 1 by decreasing
-/// area, then smallest triangle id. Throws StageError where the arrays' sizes differ or a parameter is out of range.
+/// What is segmented. Spans may be empty where marked optional.
+struct SegmentInputs {
+  SurfaceView surface;  ///< twins after cut_out_triangles of what the trees exclude
+  const LevelSetTrees& level_sets;
+  std::span<const double> strength;   ///< optional, #V, >= 0: what borders are strong in; else |S|
+  std::span<const double> curvature;  ///< optional, #V, >= 0: greatest principal curvature, for facets and turning
+  std::span<const Eigen::Vector3d> normals;  ///< #V unit normals, for facets
+};
+
+/// Segments a surface by the level sets of a scalar on it. Regions and labels are numbered from 1 by decreasing area,
+/// then smallest triangle id. Throws StageError where the arrays' sizes differ or a parameter is out of range.
 /// Linear in the mesh but for sorting regions and for what contrast and turning look at.
-Segmentation segment(const SurfaceView& surface, const LevelSetTrees& level_sets, std::span<const double> strength,
-                     std::span<const double> curvature, const SegmentParameters& parameters,
-                     const Execution& execution = {});
+Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& parameters, const Execution& execution = {});
 
 }  // namespace meshmser

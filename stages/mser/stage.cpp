@@ -36,8 +36,8 @@ struct EnumNames<Grow> {
 };
 template <>
 struct EnumNames<FloodBy> {
-  static constexpr std::pair<FloodBy, const char*> values[] = {{FloodBy::kStrength, "strength"},
-                                                               {FloodBy::kLikeness, "likeness"}};
+  static constexpr std::pair<FloodBy, const char*> values[] = {
+      {FloodBy::kStrength, "strength"}, {FloodBy::kFacets, "facets"}, {FloodBy::kLikeness, "likeness"}};
 };
 template <>
 struct EnumNames<Merge> {
@@ -63,10 +63,11 @@ struct MserParameters {
   Grow grow = Grow::kAbsorb;
   Area absorb = spacings2(20);
   FloodBy flood_by = FloodBy::kStrength;
+  Length flood_width = spacings(40);
   std::string strength = "auto";
   Merge merge = Merge::kNone;
   Amount saliency = noises(6);
-  Angle turning{5};
+  Angle turning{6};
   Length turning_radius = spacings(6);
 };
 
@@ -138,6 +139,10 @@ std::vector<double> bending(const LevelSetTrees& trees, const TriangleMesh& mesh
   return values;
 }
 
+bool wants_bending(const MserParameters& p) {
+  return p.merge == Merge::kTurning || (p.grow == Grow::kWatershed && p.flood_by == FloodBy::kFacets);
+}
+
 double resolve(const Amount& amount, const LevelSetTrees& trees, const std::string& parameter) {
   if (amount.unit == Amount::Unit::kNoise && !std::isfinite(trees.noise))
     throw StageError("mser." + parameter + " is given in units of noise, but the noise of the scalar '" + trees.scalar +
@@ -173,6 +178,7 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
   p.grow = given.grow;
   p.absorb_area = given.absorb.resolve(scale);
   p.flood_by = given.flood_by;
+  p.flood_width = given.flood_width.resolve(scale);
   p.merge = given.merge;
   if (given.merge == Merge::kSaliency) p.saliency = resolve(given.saliency, trees, "saliency");
   p.turning = given.turning.degrees * std::numbers::pi / 180;
@@ -219,8 +225,12 @@ struct MserStage {
                 "so that they meet on the crests (watershed).");
     s.parameter("absorb", &P::absorb, at_least(0), "",
                 "Patches smaller than this join the neighbour with the longest common border, unless grow is none.");
-    s.parameter("flood_by", &P::flood_by,
-                "Order of the watershed: weakest scalar first, or most like the label's mean first.");
+    s.parameter(
+        "flood_by", &P::flood_by,
+        "Order of the watershed: across the weakest edges first (strength), across those of least curvature and "
+        "turn from the label's own normal first (facets), or most like the label's mean first (likeness).");
+    s.parameter("flood_width", &P::flood_width, more_than(0), "",
+                "For facets: the width over which an edge's curvature counts as turn.");
     s.parameter("strength", &P::strength,
                 "Scalar along whose crests labels meet and are parted: auto is that of the tree, without its sign; or "
                 "a name, as crease or fine.crease.");
@@ -238,9 +248,9 @@ struct MserStage {
   /// Scalars are wanted only where a parameter asks for them, so that others cannot make this stage run again.
   static std::vector<std::string> choose(const Parameters& p, std::string_view,
                                          const std::vector<std::string>& available) {
-    if (p.strength == "auto" && p.merge != Merge::kTurning) return {};
+    if (p.strength == "auto" && !wants_bending(p)) return {};
     const std::size_t dot = p.strength.find('.');
-    if (dot == std::string::npos || p.merge == Merge::kTurning) return available;
+    if (dot == std::string::npos || wants_bending(p)) return available;
     std::vector<std::string> wanted;
     for (const std::string& stage : available)
       if (stage == p.strength.substr(0, dot)) wanted.push_back(stage);
@@ -255,9 +265,10 @@ struct MserStage {
     const SegmentParameters resolved = resolve(parameters, mesh, trees, context.execution());
     const std::vector<double> strength = named_strength(parameters, mesh, inputs);
     std::vector<double> curvature;
-    if (parameters.merge == Merge::kTurning) curvature = bending(trees, mesh, inputs);
+    if (wants_bending(parameters)) curvature = bending(trees, mesh, inputs);
     Segmentation segmentation =
-        segment({mesh.positions, mesh.triangles, twins}, trees, strength, curvature, resolved, context.execution());
+        segment({{mesh.positions, mesh.triangles, twins}, trees, strength, curvature, mesh.normals}, resolved,
+                context.execution());
 
     context.report("num_regions", static_cast<std::int64_t>(segmentation.regions.size()));
     context.report("num_labels", static_cast<std::int64_t>(segmentation.region_of_label.size()) - 1);
@@ -267,8 +278,8 @@ struct MserStage {
     const auto background = static_cast<std::int64_t>(
         std::count(segmentation.label_of_triangle.begin(), segmentation.label_of_triangle.end(), 0));
     context.report("num_background_triangles", background);
-    if (parameters.merge == Merge::kTurning && curvature.empty())
-      context.warn("mser.merge: turning knows no curvature for the scalar '" + trees.scalar +
+    if (wants_bending(parameters) && curvature.empty())
+      context.warn("mser knows no curvature for the scalar '" + trees.scalar +
                    "', so curved faces may stay split; compute `crease` with a curvature stage");
     Outputs outputs;
     outputs.set("segmentation", std::move(segmentation));

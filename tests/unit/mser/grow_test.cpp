@@ -51,15 +51,14 @@ TEST(FloodByStrength, MeetsOnTheCrest) {
   const HeightField field = make_height_field(30, 6);
   // Seeds near both ends; the strength has its crest at x = 20, far from the middle.
   const auto seeds = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 1 ? 1 : p.x() > 29 ? 2 : 0; });
-  const auto strength = triangle_means(
-      field.view(), field.values([](const Eigen::Vector3d& p) { return 10 - std::abs(p.x() - 20.5) / 3; }));
+  const auto strength = field.values([](const Eigen::Vector3d& p) { return 10 - std::abs(p.x() - 20) / 3; });
   const auto grown = flood_by_strength(field.view(), seeds, strength);
   for (std::size_t t = 0; t < grown.size(); ++t) {
     const double x = field.centroid(t).x();
     if (x < 20) {
       EXPECT_EQ(grown[t], 1) << x;
     }
-    if (x > 21) {
+    if (x > 20) {
       EXPECT_EQ(grown[t], 2) << x;
     }
   }
@@ -70,9 +69,30 @@ TEST(FloodByStrength, LeavesOutWhatIsExcludedAndWhatNoSeedReaches) {
   const auto excluded = field.numbers([](const Eigen::Vector3d& p) { return p.x() > 10 && p.x() < 11 ? 1 : 0; });
   const std::vector<std::uint8_t> flags(excluded.begin(), excluded.end());
   const auto seeds = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 1 ? 1 : 0; });
-  const std::vector<double> flat(field.triangles.size(), 0);
+  const std::vector<double> flat(field.positions.size(), 0);
   EXPECT_EQ(flood_by_strength(field.view(), seeds, flat, flags),
             field.numbers([](const Eigen::Vector3d& p) { return p.x() < 10 ? 1 : 0; }));
+}
+
+// A roof whose ridge bears no curvature over half of its length, as where it runs into a valley; one seed is much
+// nearer.
+TEST(FloodFacets, DoesNotLeakWhereACrestFades) {
+  const auto roof = [](double x, double) { return -0.4 * std::abs(x - 30); };
+  const HeightField field = make_height_field(60, 20, roof);
+  const auto curvature = field.values(
+      [](const Eigen::Vector3d& p) { return p.y() < 10 ? std::max(0.0, 0.2 - 0.05 * std::abs(p.x() - 30)) : 0.0; });
+  std::vector<Eigen::Vector3d> normals;
+  for (const Eigen::Vector3d& p : field.positions)
+    normals.push_back(Eigen::Vector3d(0.4 * std::clamp((p.x() - 30) / 3, -1.0, 1.0), 0, 1).normalized());
+  const auto seeds = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 25 ? 1 : p.x() > 50 ? 2 : 0; });
+  const auto num_wrong = [&](const std::vector<std::int32_t>& grown) {
+    int wrong = 0;
+    for (std::size_t t = 0; t < grown.size(); ++t) wrong += grown[t] != (field.centroid(t).x() < 30 ? 1 : 2) ? 1 : 0;
+    return wrong;
+  };
+  EXPECT_EQ(num_wrong(flood_facets(field.view(), seeds, curvature, normals, 4)), 0);
+  EXPECT_EQ(num_wrong(flood_facets(field.view(), seeds, {}, normals, 4)), 0) << "normals alone are enough here";
+  EXPECT_GT(num_wrong(flood_by_strength(field.view(), seeds, curvature)), 50);
 }
 
 TEST(FloodByLikeness, TakesTheStepBetweenTwoMeans) {

@@ -52,13 +52,13 @@ TEST(Segment, ASquareWithAHoleIsTwoRegions) {
   const auto values = field.values([&](const Eigen::Vector3d& p) {
     return inside(p, 12, 18) ? 0.0 : inside(p, 5, 25) ? 10.0 : 5.0;
   });
+  const LevelSetTrees trees = make_trees(field, values, ten_levels(), true);
   for (const double diversity : {0.0, 0.2, 0.99}) {
     SegmentParameters parameters;
     parameters.delta = 2;
     parameters.min_diversity = diversity;
     parameters.max_area = 500;  // the frame's surroundings, and all but the hole, are stable as well
-    const Segmentation result =
-        segment(field.view(), make_trees(field, values, ten_levels(), true), {}, {}, parameters);
+    const Segmentation result = segment({field.view(), trees, {}, {}, {}}, parameters);
     ASSERT_EQ(result.regions.size(), 2U) << diversity;
     EXPECT_EQ(result.regions[0].polarity, Polarity::kUpper);
     EXPECT_EQ(result.regions[1].polarity, Polarity::kLower);
@@ -85,9 +85,9 @@ TEST(Segment, EveryFilterReportsWhatItRemoved) {
   const LevelSetTrees trees = make_trees(field, values, ten_levels(), false);
   SegmentParameters parameters;
   parameters.delta = 1;
-  EXPECT_EQ(segment(field.view(), trees, {}, {}, parameters).regions.size(), 3U);
+  EXPECT_EQ(segment({field.view(), trees, {}, {}, {}}, parameters).regions.size(), 3U);
   const auto count_of = [&](const SegmentParameters& given, const std::string& name) {
-    const Segmentation result = segment(field.view(), trees, {}, {}, given);
+    const Segmentation result = segment({field.view(), trees, {}, {}, {}}, given);
     for (const FilterCount& count : result.filters)
       if (count.filter == name) {
         EXPECT_EQ(count.seen, 3);
@@ -112,7 +112,7 @@ TEST(Segment, EveryFilterReportsWhatItRemoved) {
   contrast.band = 1;
   LevelSetTrees noisy = trees;
   noisy.noise = 1;
-  const Segmentation result = segment(field.view(), noisy, {}, {}, contrast);
+  const Segmentation result = segment({field.view(), noisy, {}, {}, {}}, contrast);
   ASSERT_EQ(result.regions.size(), 2U);
   EXPECT_NEAR(result.regions[0].contrast, 4.5, 0.5);
   EXPECT_NEAR(result.regions[1].contrast, 3, 0.5);
@@ -132,7 +132,7 @@ TEST(Segment, FacetsMeetOnTheCreaseAndNoneIsLeftOver) {
   parameters.select = Select::kStableBranch;
   parameters.min_persistence = 3;
   parameters.grow = Grow::kWatershed;
-  const Segmentation result = segment(field.view(), trees, crease, {}, parameters);
+  const Segmentation result = segment({field.view(), trees, crease, {}, {}}, parameters);
   EXPECT_EQ(result.regions.size(), 2U);
   EXPECT_EQ(result.label_of_triangle, field.numbers([](const Eigen::Vector3d& p) { return p.x() < 30 ? 1 : 2; }));
   EXPECT_DOUBLE_EQ(result.area_of_label[1], 600);
@@ -140,7 +140,7 @@ TEST(Segment, FacetsMeetOnTheCreaseAndNoneIsLeftOver) {
 
   parameters.merge = Merge::kSaliency;
   parameters.saliency = 100;
-  const Segmentation merged = segment(field.view(), trees, crease, {}, parameters);
+  const Segmentation merged = segment({field.view(), trees, crease, {}, {}}, parameters);
   EXPECT_THAT(merged.label_of_triangle, ::testing::Each(0)) << "what covers everything is background";
   EXPECT_THAT(merged.region_of_label, ::testing::ElementsAre(0));
 }
@@ -150,11 +150,16 @@ TEST(Segment, SaysWhatDoesNotFit) {
   LevelSetTrees trees = make_trees(field, std::vector<double>(field.positions.size(), 0), ten_levels(), false);
   SegmentParameters parameters;
   parameters.merge = Merge::kTurning;
-  EXPECT_THROW(segment(field.view(), trees, {}, {}, parameters), StageError);
+  EXPECT_THROW(segment({field.view(), trees, {}, {}, {}}, parameters), StageError);
   parameters.merge = Merge::kNone;
-  EXPECT_NO_THROW(segment(field.view(), trees, {}, {}, parameters));
+  EXPECT_NO_THROW(segment({field.view(), trees, {}, {}, {}}, parameters));
+  parameters.grow = Grow::kWatershed;
+  parameters.flood_by = FloodBy::kFacets;
+  parameters.flood_width = 1;
+  EXPECT_THROW(segment({field.view(), trees, {}, {}, {}}, parameters), StageError) << "no normals";
+  parameters.grow = Grow::kNone;
   trees.values.pop_back();
-  EXPECT_THROW(segment(field.view(), trees, {}, {}, parameters), StageError);
+  EXPECT_THROW(segment({field.view(), trees, {}, {}, {}}, parameters), StageError);
 }
 
 }  // namespace
