@@ -9,6 +9,7 @@
 
 #include "stages/borders/loop_tracer.hpp"
 #include "stages/common/adjacency.hpp"
+#include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 
 namespace meshmser {
@@ -177,7 +178,9 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
   std::vector<std::int32_t> lo_of_node(num_nodes, 0);
   for (std::size_t node = 0; node < num_nodes; ++node)
     if (region_of_node[node] != kNone) lo_of_node[node] = lo_of_region[at(region_of_node[node])];
-  std::vector<std::int32_t> levels(num_triangles, 0);
+  std::vector<std::int32_t> levels;
+  reserve_on_large_pages(levels, num_triangles);
+  levels.assign(num_triangles, 0);
   for (std::size_t t = 0; t < num_triangles; ++t)
     if (tree.node_of_triangle[t] >= 0) levels[t] = tree.hi_of_node[at(tree.node_of_triangle[t])];
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 
 namespace meshmser {
@@ -137,7 +138,9 @@ void pair_in_buckets(Triangles triangles, std::int32_t first_vertex, std::int32_
   for_each([&](std::size_t smaller, std::int32_t, std::int32_t) { ++next_place[smaller]; });
   std::int32_t sum = 0;
   for (std::int32_t& place : next_place) sum += std::exchange(place, sum);
-  std::vector<BucketEntry> entries(static_cast<std::size_t>(sum));
+  std::vector<BucketEntry> entries;
+  reserve_on_large_pages(entries, static_cast<std::size_t>(sum));
+  entries.resize(static_cast<std::size_t>(sum));
   for_each([&](std::size_t smaller, std::int32_t greater, std::int32_t half_edge) {
     entries[static_cast<std::size_t>(next_place[smaller]++)] = {greater, half_edge};
   });
@@ -190,7 +193,9 @@ bool has_local_ids(Triangles triangles) {
 
 std::vector<std::int32_t> twin_half_edges(Triangles triangles, std::size_t num_vertices, const Execution& execution) {
   check_corners(triangles, num_vertices, execution);
-  std::vector<std::int32_t> twins(3 * triangles.size(), kNone);
+  std::vector<std::int32_t> twins;
+  reserve_on_large_pages(twins, 3 * triangles.size());
+  twins.assign(3 * triangles.size(), kNone);
   // Every edge belongs to its smaller vertex, so that ranges of vertices are independent of each other; each part reads
   // all triangles, which pays for few parts only.
   const std::int64_t parts = triangles.size() < (1 << 17) ? 1 : std::min(4, thread_count(execution));

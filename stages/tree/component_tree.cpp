@@ -8,6 +8,7 @@
 
 #include "stages/common/adjacency.hpp"
 #include "stages/common/exact_area.hpp"
+#include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/tree/level_bitmap.hpp"
 
@@ -59,6 +60,7 @@ class Flood {
     std::int32_t sum = 0;
     for (Segment& segment : segments_) segment.head = segment.tail = sum += segment.head;
     segments_.pop_back();
+    reserve_on_large_pages(queue_, static_cast<std::size_t>(sum));
     queue_.resize(static_cast<std::size_t>(sum));
   }
 
@@ -249,6 +251,7 @@ ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::spa
                      " triangles is too large: half-edge ids end at 715827882 triangles; split the mesh");
   if (num_levels < 0) throw StageError("the number of levels is negative");
   ComponentTree tree;
+  reserve_on_large_pages(tree.node_of_triangle, n);
   tree.node_of_triangle.assign(n, -1);
   Flood(twins, level_of_triangle, num_levels, tree).run(execution);
   sum_areas(areas, tree);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "pipeline/execution/error.hpp"
+#include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 
 namespace meshmser {
@@ -155,7 +156,9 @@ std::vector<double> make_levels(std::span<const double> values, std::span<const 
 
 std::vector<std::int32_t> levels_of_vertices(std::span<const double> values, std::span<const double> levels, int sign,
                                              const Execution& execution) {
-  std::vector<std::int32_t> result(values.size());
+  std::vector<std::int32_t> result;
+  reserve_on_large_pages(result, values.size());
+  result.resize(values.size());
   const auto first_finite = static_cast<std::size_t>(
       std::upper_bound(levels.begin(), levels.end(), -std::numeric_limits<double>::max()) - levels.begin());
   const std::span<const double> finite = levels.subspan(first_finite);
@@ -206,7 +209,9 @@ std::vector<std::int32_t> levels_of_vertices(std::span<const double> values, std
 std::vector<std::int32_t> levels_of_triangles(std::span<const std::array<std::int32_t, 3>> triangles,
                                               std::span<const std::int32_t> level_of_vertex,
                                               std::span<const std::uint8_t> excluded, const Execution& execution) {
-  std::vector<std::int32_t> result(triangles.size());
+  std::vector<std::int32_t> result;
+  reserve_on_large_pages(result, triangles.size());
+  result.resize(triangles.size());
   parallel_chunks(static_cast<std::int64_t>(triangles.size()), 1 << 15, "", execution,
                   [&](std::int64_t begin, std::int64_t end) {
                     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
