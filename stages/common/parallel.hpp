@@ -20,6 +20,17 @@ inline int thread_count(const Execution& execution) {
   return execution.threads > 0 ? execution.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+/// Calls body() where TBB's algorithms use as many threads as `execution` says.
+template <class Body>
+void on_threads(const Execution& execution, Body&& body) {
+  const int threads = thread_count(execution);
+  // More threads than cores are given when asked for: how else would a test see that results do not depend on them?
+  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(std::max(threads, thread_count({}))));
+  tbb::task_arena arena(threads);
+  arena.execute(body);
+}
+
 /// Calls body(begin, end) for consecutive chunks of 0 .. n, each of `grain` elements but the last, so that chunk
 /// borders do not depend on the number of threads; reports progress as `what` and checks for cancellation at every
 /// chunk.
@@ -40,11 +51,7 @@ void parallel_chunks(std::int64_t n, std::int64_t grain, std::string_view what, 
     for (std::int64_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
     return;
   }
-  // More threads than cores are given when asked for: how else would a test see that results do not depend on them?
-  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(std::max(threads, thread_count({}))));
-  tbb::task_arena arena(threads);
-  arena.execute([&] {
+  on_threads(execution, [&] {
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, chunks, 1),
                       [&](const tbb::blocked_range<std::int64_t>& range) {
                         for (std::int64_t chunk = range.begin(); chunk < range.end(); ++chunk) run(chunk);

@@ -130,8 +130,7 @@ std::vector<Ranked> rank(const RawPoints& raw, const std::vector<std::int32_t>& 
     }
     return a.raw < b.raw;
   };
-  tbb::task_arena arena(thread_count(execution));
-  arena.execute([&] { tbb::parallel_sort(order.begin(), order.end(), before); });
+  on_threads(execution, [&] { tbb::parallel_sort(order.begin(), order.end(), before); });
   return order;
 }
 

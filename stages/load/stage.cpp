@@ -83,7 +83,7 @@ struct LoadParameters {
   bool skip_bad_lines = false;
   std::optional<Box> crop;
   OutlierMethod outliers = OutlierMethod::kNone;
-  int outlier_neighbors = OutlierOptions{}.neighbors;
+  AutoOr<int> outlier_neighbors;
   double outlier_deviations = OutlierOptions{}.deviations;
   double outlier_radius = OutlierOptions{}.radius_spacings;
   FaceUse faces = FaceUse::kUse;
@@ -249,7 +249,8 @@ struct LoadStage {
                      "Removes points that belong to no surface: by the statistics of neighbour distances, or by a "
                      "least number of neighbours within a radius.");
     schema.parameter("outlier_neighbors", &Parameters::outlier_neighbors, range(1, 1000), "points",
-                     "Statistical: neighbours whose mean distance is looked at; radius: the least number of them.");
+                     "Statistical: neighbours whose mean distance is looked at (auto: 16); radius: the least number of "
+                     "them (auto: 4).");
     schema.parameter("outlier_deviations", &Parameters::outlier_deviations, range(0, 100), "standard deviations",
                      "Statistical: how far above the mean a point's mean distance may be.");
     schema.parameter("outlier_radius", &Parameters::outlier_radius, range(0.1, 1000), "spacings",
@@ -323,7 +324,9 @@ struct LoadStage {
     }
     LoadScanOptions options;
     if (p.crop) options.crop = Eigen::AlignedBox3d(vector_of(p.crop->min), vector_of(p.crop->max));
-    options.outliers = {p.outliers, p.outlier_neighbors, p.outlier_deviations, p.outlier_radius};
+    const int least = p.outliers == OutlierMethod::kRadius ? 4 : 16;
+    options.outliers = {p.outliers, p.outlier_neighbors.automatic ? least : p.outlier_neighbors.value,
+                        p.outlier_deviations, p.outlier_radius};
     options.use_faces = p.faces == FaceUse::kUse;
     options.repair = p.repair;
     options.merge_vertices = p.merge_vertices;
