@@ -119,7 +119,8 @@ Image picture_of_config(const std::string& config, const std::vector<std::string
   }
   if (show.empty() || show == "scalar") {
     if (const auto trees = take<LevelSetTrees>(host, config, set))
-      return render_scalar(*mesh, trees->values, trees->scalar, trees->unit, {}, {}, options, execution);
+      return render_scalar(*mesh, trees->values, trees->scalar, unit_for_people(trees->unit, options.unit), {}, {},
+                           options, execution);
     if (show == "scalar")
       throw UsageError(
           fmt::format("render: no stage of {} makes a tree; add it, or name a scalar with --show", config));
@@ -132,8 +133,8 @@ Image picture_of_config(const std::string& config, const std::vector<std::string
     for (const ScalarField& field : fields->fields) {
       names.push_back(field.name);
       if (field.name == (show.empty() ? "mean_curvature" : show))
-        return render_scalar(*mesh, values_at_vertices(field, *mesh), field.name, field.unit, {}, {}, options,
-                             execution);
+        return render_scalar(*mesh, values_at_vertices(field, *mesh), field.name,
+                             unit_for_people(field.unit, options.unit), {}, {}, options, execution);
     }
   }
   if (show.empty()) return render_shape(*mesh, {}, options, execution);
@@ -150,6 +151,7 @@ int run_render(const CommandArguments& arguments, CommandHost& host) {
   options.light_azimuth = number_of(arguments, "--light", options.light_azimuth);
   options.light_elevation = number_of(arguments, "--light-elevation", options.light_elevation);
   options.unit = arguments.get("--unit", is_config ? host.units(input) : "");
+  if (options.unit == "unit") options.unit.clear();
   options.title = arguments.get("--title", std::filesystem::path(input).filename().string());
   const std::vector<std::string>* set = arguments.find("--set");
   if (set != nullptr && !is_config)

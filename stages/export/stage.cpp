@@ -185,10 +185,12 @@ class Writer {
     std::vector<double> values;
     if (const ScalarField* field = shown_field()) {
       values = at_vertices(*field);
-      pictures.push_back(picture_of_scalar(*r_.mesh, values, field->name, field->unit, {}));
+      pictures.push_back(
+          picture_of_scalar(*r_.mesh, values, field->name, unit_for_people(field->unit, context_.units()), {}));
       names.emplace_back("curvature.png");
     } else if (r_.trees) {
-      pictures.push_back(picture_of_scalar(*r_.mesh, r_.trees->values, r_.trees->scalar, r_.trees->unit, {}));
+      pictures.push_back(picture_of_scalar(*r_.mesh, r_.trees->values, r_.trees->scalar,
+                                           unit_for_people(r_.trees->unit, context_.units()), {}));
       names.emplace_back("scalar.png");
     }
     if (pictures.empty()) {

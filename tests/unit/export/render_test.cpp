@@ -180,6 +180,13 @@ TEST(Render, ErrorsNameWhatIsWrong) {
   EXPECT_THROW(write_png("/nowhere/picture.png", Image(2, 2, {0, 0, 0})), CacheError);
 }
 
+TEST(Render, UnitsAreForPeople) {
+  EXPECT_EQ(unit_for_people("1/unit", "mm"), "1/mm");
+  EXPECT_EQ(unit_for_people("unit", "m"), "m");
+  EXPECT_EQ(unit_for_people("", "mm"), "");
+  EXPECT_EQ(unit_for_people("1/unit", ""), "1/unit");
+}
+
 TEST(LabelColours, NeighboursDiffer) {
   const TriangleMesh mesh = square(12);
   std::vector<std::int32_t> labels(mesh.num_triangles());
