@@ -34,6 +34,8 @@ struct CommandOption {
   bool required = false;
   bool repeated = false;
   bool flag = false;  ///< takes no value
+  bool optional_value = false;           ///< may stand without a value; then "" is given
+  std::vector<std::string> choices = {};  ///< where not empty: the only values
 };
 
 /// The values given for each option, by name.
@@ -56,6 +58,7 @@ struct CommandDefinition {
   std::vector<CommandOption> options;
   /// Writes results to stdout, messages to stderr; returns the exit code; may throw Error.
   std::function<int(const CommandArguments&, CommandHost&)> run;
+  std::string example = {};  ///< a command line that works; ends the help text
 };
 
 bool register_command(CommandDefinition definition);
