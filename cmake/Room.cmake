@@ -6,6 +6,8 @@
 # meshmser_stage(NAME [PRIVATE targets])
 #   object library meshmser_stage_NAME of stages/NAME/stage.cpp and stages/NAME/*_command.cpp:
 #   objects, because a stage or command that registers itself would vanish from a static library.
+# meshmser_link_stages(TARGET)
+#   every stage into TARGET; to be called after the stages are added.
 # meshmser_test(NAME DIRECTORY [LABELS labels] [LIBRARIES targets])
 #   one GoogleTest program of every *_test.cpp in DIRECTORY.
 
@@ -55,6 +57,13 @@ function(meshmser_stage name)
   target_link_libraries(meshmser_stage_${name} PUBLIC meshmser::stage meshmser::${name} ${STAGE_PRIVATE})
   set_target_properties(meshmser_stage_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   set_property(GLOBAL APPEND PROPERTY MESHMSER_STAGES ${name})
+endfunction()
+
+function(meshmser_link_stages target)
+  get_property(stages GLOBAL PROPERTY MESHMSER_STAGES)
+  foreach(stage IN LISTS stages)
+    target_link_libraries(${target} PRIVATE meshmser_stage_${stage})
+  endforeach()
 endfunction()
 
 function(meshmser_test name directory)

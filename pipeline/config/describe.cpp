@@ -161,6 +161,16 @@ std::string parameter_table(const StageDefinition& stage) {
   return text;
 }
 
+std::string stage_table() {
+  std::string text = "| stage | purpose |\n|---|---|\n";
+  for (const StageDefinition* stage : stages_in_order()) {
+    const std::string name(stage->info.name);
+    text +=
+        "| [`" + name + "`](stages/" + name + "/README.md) | " + table_cell(std::string(stage->info.purpose)) + " |\n";
+  }
+  return text;
+}
+
 std::string reference_configuration(const std::string& path) {
   std::string text =
       "# Every key of every stage at its default. Made by `meshmser stages --reference`; a configuration needs only "

@@ -20,6 +20,9 @@ std::string describe_stage(const StageDefinition& stage);
 /// The parameters as a Markdown table, a line a parameter, with a newline at the end.
 std::string parameter_table(const StageDefinition& stage);
 
+/// All stages with their purposes as a Markdown table, each linked to its README.
+std::string stage_table();
+
 /// The same for programs, indented JSON with a newline at the end: one stage, or the list of all in stages_in_order.
 std::string stage_json(const StageDefinition& stage);
 std::string stages_json();

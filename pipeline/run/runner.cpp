@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 
@@ -59,6 +60,18 @@ class Run {
     for (std::size_t i = 0; i < count_; ++i) make(i);
     publish();
     return std::move(result_);
+  }
+
+  std::optional<std::pair<std::string, Artifact>> artifact(std::size_t type) {
+    for (std::size_t i = configuration_.stages.size(); i-- > 0;)
+      for (const OutputPort& port : configuration_.stages[i].definition->outputs) {
+        const std::vector<std::string>& made = plan_.stages[i].outputs;
+        if (port.type != type || std::find(made.begin(), made.end(), port.name) == made.end()) continue;
+        count_ = i + 1;
+        for (std::size_t k = 0; k < count_; ++k) make(k);
+        return std::pair(configuration_.stages[i].name, artifacts_[i].at(port.name));
+      }
+    return std::nullopt;
   }
 
  private:
@@ -132,6 +145,12 @@ std::filesystem::path default_cache_folder(const Configuration& configuration) {
 RunResult run(const Configuration& configuration, const RunOptions& options, const Execution& execution,
               RunObserver& observer) {
   return Run(configuration, options, execution, observer).whole();
+}
+
+std::optional<std::pair<std::string, Artifact>> make_artifact(const Configuration& configuration, std::size_t type,
+                                                              const RunOptions& options, const Execution& execution,
+                                                              RunObserver& observer) {
+  return Run(configuration, options, execution, observer).artifact(type);
 }
 
 }  // namespace meshmser

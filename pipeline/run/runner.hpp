@@ -85,4 +85,10 @@ class RunObserver {
 RunResult run(const Configuration& configuration, const RunOptions& options, const Execution& execution,
               RunObserver& observer);
 
+/// The artifact of that type (artifact_index) that a configuration makes last, and the name of the stage that makes it;
+/// nothing where no stage makes one. Runs what is not in the cache up to that stage, publishes no file.
+std::optional<std::pair<std::string, Artifact>> make_artifact(const Configuration& configuration, std::size_t type,
+                                                              const RunOptions& options, const Execution& execution,
+                                                              RunObserver& observer);
+
 }  // namespace meshmser

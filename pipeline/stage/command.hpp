@@ -33,8 +33,8 @@ struct CommandOption {
   std::string description;
   bool required = false;
   bool repeated = false;
-  bool flag = false;  ///< takes no value
-  bool optional_value = false;           ///< may stand without a value; then "" is given
+  bool flag = false;                      ///< takes no value
+  bool optional_value = false;            ///< may stand without a value; then "" is given
   std::vector<std::string> choices = {};  ///< where not empty: the only values
 };
 

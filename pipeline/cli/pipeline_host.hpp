@@ -1,0 +1,28 @@
+#pragma once
+/// What the program gives to its commands.
+
+#include <string>
+#include <vector>
+
+#include "pipeline/run/console.hpp"
+#include "pipeline/stage/command.hpp"
+
+namespace meshmser {
+
+class PipelineHost : public CommandHost {
+ public:
+  explicit PipelineHost(Execution execution) : execution_(std::move(execution)), observer_(true) {}
+
+  std::optional<Artifact> artifact(const std::string& config_path, const std::vector<std::string>& set,
+                                   std::size_t type) override;
+  std::shared_ptr<const void> parameters(const std::string& config_path, const std::vector<std::string>& set,
+                                         const std::string& stage) override;
+  std::string units(const std::string& config_path) override;
+  const Execution& execution() const override { return execution_; }
+
+ private:
+  Execution execution_;
+  ConsoleObserver observer_;
+};
+
+}  // namespace meshmser
