@@ -46,7 +46,7 @@ Json shape_schema(const ParameterShape& shape, const Range& bounds) {
     case ParameterKind::kLength:
       return quantity(std::string(kLengthUnits) + "|spacing|%diag");
     case ParameterKind::kArea:
-      return quantity("(" + std::string(kLengthUnits) + "|spacing)2|%area");
+      return quantity(std::string("(").append(kLengthUnits).append("|spacing)2|%area"));
     case ParameterKind::kAmount:
       return any_of(bounded("number", bounds), quantity("noise"));
     case ParameterKind::kAngle:

@@ -35,7 +35,9 @@ struct Plan {
 };
 
 /// An input is given by the nearest earlier stage that makes its type, unless the key `inputs` names another. Cycles
-/// cannot be: a stage sees earlier stages only. Never throws for what the configuration says.
-Plan resolve_ports(const Configuration& configuration);
+/// cannot be: a stage sees earlier stages only. Never throws for what the configuration says. `unsure` (none or one
+/// flag a stage) marks stages whose parameters are not known, because they hold errors: they are taken to make all
+/// their ports, and a stage without a definition to make anything.
+Plan resolve_ports(const Configuration& configuration, const std::vector<char>& unsure = {});
 
 }  // namespace meshmser

@@ -167,8 +167,16 @@ class Filler {
         squared_max_edge_(max_edge * max_edge),
         edges_(edges) {}
 
-  /// The triangles of least weight in `loop`; empty where none are valid.
+  /// The triangles of least weight in `loop`, none against its corners' normals; if there are no such, the triangles of
+  /// least weight, provided that the loop as a whole runs with its points' normals. Empty where none are valid.
   std::vector<Triangle> fill(const std::vector<std::int32_t>& loop) {
+    std::vector<Triangle> triangles = fill(loop, true);
+    if (triangles.empty() && runs_with_normals(loop)) triangles = fill(loop, false);
+    return triangles;
+  }
+
+ private:
+  std::vector<Triangle> fill(const std::vector<std::int32_t>& loop, bool along_normals) {
     const std::size_t n = loop.size();
     constexpr double kInvalid = std::numeric_limits<double>::infinity();
     weight_.assign(n * n, kInvalid);
@@ -182,7 +190,7 @@ class Filler {
         const double length = is_side ? 0 : (positions_[at(loop[i])] - positions_[at(loop[j])]).norm();
         for (std::size_t k = i + 1; k < j; ++k) {
           const double weight = weight_[i * n + k] + weight_[k * n + j] + length;
-          if (weight < weight_[i * n + j] && may_fill(loop[i], loop[k], loop[j])) {
+          if (weight < weight_[i * n + j] && may_fill(loop[i], loop[k], loop[j], along_normals)) {
             weight_[i * n + j] = weight;
             split_[i * n + j] = k;
           }
@@ -205,14 +213,23 @@ class Filler {
     return triangles;
   }
 
- private:
+  bool runs_with_normals(const std::vector<std::int32_t>& loop) const {
+    Vector3d area = Vector3d::Zero(), normal = Vector3d::Zero();
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const std::int32_t next = loop[i + 1 == loop.size() ? 0 : i + 1];
+      area += (positions_[at(loop[i])] - positions_[at(loop[0])]).cross(positions_[at(next)] - positions_[at(loop[0])]);
+      normal += normals_[at(loop[i])];
+    }
+    return area.dot(normal) > 0;
+  }
   bool may_join(std::int32_t a, std::int32_t b) const {
     if (a == b || edges_.contains(a, b)) return false;
     if ((positions_[at(a)] - positions_[at(b)]).squaredNorm() > squared_max_edge_) return false;
     return other_ == nullptr || (((*other_)[at(a)] - (*other_)[at(b)]).squaredNorm() <= squared_max_edge_);
   }
-  bool may_fill(std::int32_t a, std::int32_t b, std::int32_t c) const {
+  bool may_fill(std::int32_t a, std::int32_t b, std::int32_t c, bool along_normals) const {
     if (a == b || b == c || c == a) return false;
+    if (!along_normals) return true;
     const Vector3d normal = (positions_[at(b)] - positions_[at(a)]).cross(positions_[at(c)] - positions_[at(a)]);
     return normal.dot(normals_[at(a)] + normals_[at(b)] + normals_[at(c)]) > 0;
   }
@@ -242,6 +259,7 @@ LoopCounts close_loops(std::vector<Triangle>& triangles, const std::vector<Vecto
   LoopCounts counts;
   execution.report("close short loops", 0, 0);
   const std::vector<std::vector<std::int32_t>> loops = Rim(triangles, positions, normals).short_loops(max_loop_edges);
+  const std::size_t num_before = triangles.size();
   Edges edges(triangles, loops, positions.size());
   Filler filler(positions, normals, other_positions, max_edge, edges);
   for (std::size_t l = 0; l < loops.size(); ++l) {
@@ -253,7 +271,7 @@ LoopCounts close_loops(std::vector<Triangle>& triangles, const std::vector<Vecto
     for (const Triangle& t : fill) edges.add(t);
     triangles.insert(triangles.end(), fill.begin(), fill.end());
   }
-  sort_triangles(triangles);
+  sort_added_triangles(triangles, num_before);
   return counts;
 }
 

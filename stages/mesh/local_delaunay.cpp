@@ -143,6 +143,7 @@ std::vector<Triangle> local_delaunay(const std::vector<Vector3d>& positions, con
   parallel_chunks(num_points, kGrain, "compare triangles", execution, [&](std::int64_t begin, std::int64_t end) {
     Chunk& chunk = chunks[static_cast<std::size_t>(begin / kGrain)];
     for (auto p = static_cast<std::int32_t>(begin); p < end; ++p) {
+      const auto first_of_p = static_cast<std::ptrdiff_t>(chunk.agreed.size());
       for (std::int64_t slot = stars.begin(p); slot < stars.end(p); ++slot) {
         if (stars.state(slot) != VoronoiStars::kFound) continue;
         const std::int32_t q = stars.neighbour(slot), r = stars.neighbour(stars.after(p, slot));
@@ -156,6 +157,7 @@ std::vector<Triangle> local_delaunay(const std::vector<Vector3d>& positions, con
           chunk.twice.push_back(candidate(p, q, r));
         }
       }
+      std::sort(chunk.agreed.begin() + first_of_p, chunk.agreed.end());
     }
   });
   stars.states = std::move(states);
@@ -207,7 +209,7 @@ std::vector<Triangle> local_delaunay(const std::vector<Vector3d>& positions, con
     counts->by_one = by_one;
     counts->refused = static_cast<std::int64_t>(twice.size() + once.size());
   }
-  sort_triangles(triangles);
+  sort_added_triangles(triangles, num_agreed);
   return triangles;
 }
 

@@ -29,8 +29,9 @@ struct LocalDelaunayCounts {
 /// finite and > 0 in coordinate units: no longer edge is made. Of coincident points the first is used. Corners are
 /// indices into the arrays. Sorted (sort_triangles). Throws Cancelled. Linear, about 3 us and 150 bytes a point; same
 /// triangles for any number of threads. Ties (points on one circle, as on a grid) are broken by weights that depend on
-/// the index alone, so that neighbours agree; what they still disagree on costs triangles, never manifoldness. Local
-/// Delaunay triangulation by votes: Gopi, Krishnan and Silva, "Surface reconstruction based on lower dimensional
+/// the index alone, so that neighbours agree; what they still disagree on costs triangles, never manifoldness.
+///
+/// Local Delaunay triangulation by votes: Gopi, Krishnan and Silva, "Surface reconstruction based on lower dimensional
 /// localized Delaunay triangulation", 2000; deviations: circumcircles reach up to a radius of
 /// max_edge, two votes or one may do.
 std::vector<Triangle> local_delaunay(const std::vector<Eigen::Vector3d>& positions,

@@ -72,6 +72,7 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
   execution.report("make the mesh", 0, 0);
   CompactMesh compact = split_pinched_vertices(triangles, cloud.num_points());
   triangles = {};
+  execution.check();
   report.unused_points = compact.num_unused;
   report.split_vertices = compact.num_split;
   TriangleMesh& mesh = result.mesh;
@@ -83,13 +84,14 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
   std::vector<Vector3d> vertex_positions;
   vertex_positions.reserve(mesh.point_of_vertex.size());
   for (const std::int32_t p : mesh.point_of_vertex) vertex_positions.push_back(positions[at(p)]);
-  std::vector<std::int32_t> twins = twin_half_edges(mesh.triangles, vertex_positions.size());
+  std::vector<std::int32_t> twins = twin_half_edges(mesh.triangles, vertex_positions.size(), execution);
   report.orientation = orient_by_vote(vertex_positions, mesh.triangles, twins, mesh.point_of_vertex, normals,
                                       mesh.normals, mesh.turned_of_vertex, execution);
   for (std::size_t v = 0; v < vertex_positions.size(); ++v)
     vertex_positions[v] = cloud.positions[at(mesh.point_of_vertex[v])];
   mesh.positions = std::move(vertex_positions);
 
+  execution.report("check the mesh", 0, 0);
   const MeshTopology topology = describe_topology(mesh.triangles, mesh.num_vertices());
   if (!topology.defect.empty())
     throw StageError("mesh: the mesh made is not a manifold: " + topology.defect + "; this is a fault of the program");

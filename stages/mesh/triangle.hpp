@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -22,6 +23,14 @@ inline Triangle least_corner_first(const Triangle& t) {
 inline void sort_triangles(std::vector<Triangle>& triangles) {
   for (Triangle& t : triangles) t = least_corner_first(t);
   std::sort(triangles.begin(), triangles.end());
+}
+
+/// The same where the first `num_sorted` are in order already.
+inline void sort_added_triangles(std::vector<Triangle>& triangles, std::size_t num_sorted) {
+  const auto middle = triangles.begin() + static_cast<std::ptrdiff_t>(num_sorted);
+  for (auto t = middle; t != triangles.end(); ++t) *t = least_corner_first(*t);
+  std::sort(middle, triangles.end());
+  std::inplace_merge(triangles.begin(), middle, triangles.end());
 }
 
 }  // namespace meshmser

@@ -123,6 +123,7 @@ TEST(CloseLoops, AnLShapedGapIsFilledWithinItself) {
       triangles.push_back({a, b, c});
       triangles.push_back({a, c, d});
     }
+  sort_triangles(triangles);
   const std::size_t before = triangles.size();
   const LoopCounts counts = close_loops(triangles, shape.cloud.positions, shape.normals.normals, nullptr, 5, 12);
   EXPECT_EQ(counts.closed, 1);
@@ -151,6 +152,23 @@ TEST(CloseLoops, OfRandomDamageIsManifold) {
     EXPECT_GE(sheet.area(), 0);
     EXPECT_LE(sheet.area(), 14 * 14);
   }
+}
+
+TEST(CloseLoops, AFoldIsClosedAgainstSomeNormals) {
+  // Around the gap 0 1 2 3 two sides cross: either diagonal leaves a triangle that runs against the normals.
+  const std::vector<Vector3d> positions{{0, 0, 0},   {3, 0, 0},  {0, 1, 0}, {2.5, 0.5, 0},
+                                        {-1, -1, 0}, {4, -1, 0}, {4, 2, 0}, {-1, 2, 0}};
+  const std::vector<Vector3d> up(positions.size(), Vector3d::UnitZ());
+  std::vector<Triangle> triangles{{1, 0, 4}, {1, 4, 5}, {2, 1, 5}, {2, 5, 6},
+                                  {3, 2, 6}, {3, 6, 7}, {0, 3, 7}, {0, 7, 4}};
+  sort_triangles(triangles);
+  const LoopCounts counts = close_loops(triangles, positions, up, nullptr, 6, 12);
+  EXPECT_EQ(counts.closed, 1);
+  EXPECT_EQ(counts.triangles, 2);
+  EXPECT_EQ(counts.left_open, 1);  // the rim around it all
+  const MeshTopology topology = describe_topology(triangles, positions.size());
+  EXPECT_EQ(topology.defect, "");
+  EXPECT_EQ(topology.border_loops, std::vector<std::int64_t>{4});
 }
 
 TEST(CloseLoops, RefusesWhatIsNoManifold) {
