@@ -185,7 +185,7 @@ std::string reference_configuration(const std::string& path) {
     for (const Parameter& parameter : stage->parameters) {
       text += "      # " + wrapped(parameter.description, 110, "      # ") + "\n";
       text += "      # " + wrapped(expected_values(parameter), 110, "      # ") + "\n";
-      const bool is_scan = parameter.shape.kind == ParameterKind::kPath && parameter.default_text == "\"\"";
+      const bool is_scan = parameter.shape.kind == ParameterKind::kPath && parameter.default_text == "none";
       text += "      " + parameter.name + ": " + (is_scan ? path : parameter.default_text) + "\n";
     }
   }
