@@ -24,12 +24,19 @@ std::filesystem::path FilePublisher::place(const std::string& name) {
   return path;
 }
 
-std::filesystem::path FilePublisher::copy(const std::filesystem::path& from, const std::string& name) {
+bool FilePublisher::copy(const std::filesystem::path& from, const std::string& name, const std::string& digest,
+                         FileDigests& file_digests) {
   const std::filesystem::path path = place(name);
+  if (file_digests.digest(path) == digest) return true;
+  if (!disk_.identity(from)) return false;
   disk_.create_folders(path.parent_path());
   const std::filesystem::path aside = place_aside(path);
   try {
     disk_.copy(from, aside);
+    if (digest_of_file(disk_, aside) != digest) {
+      disk_.remove(aside);
+      return false;
+    }
     disk_.sync(aside);
     if (!disk_.rename(aside, path)) throw CacheError(path.string() + ": cannot be put in place; choose another --out");
   } catch (const Error&) {
@@ -39,7 +46,7 @@ std::filesystem::path FilePublisher::copy(const std::filesystem::path& from, con
     }
     throw;
   }
-  return path;
+  return true;
 }
 
 std::filesystem::path FilePublisher::write(const std::string& name, std::string_view text) {

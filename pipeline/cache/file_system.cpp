@@ -184,10 +184,18 @@ void FileSystem::touch(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<FileLock> FileSystem::try_lock(const std::filesystem::path& path) {
-  Descriptor file(path, O_RDWR | O_CREAT, "be locked");
-  if (::flock(file.number, LOCK_EX | LOCK_NB) == 0) return std::make_unique<FileLock>(std::exchange(file.number, -1));
-  if (errno == EWOULDBLOCK) return nullptr;
-  fail(path, "be locked", errno);
+  for (;;) {
+    Descriptor file(path, O_RDWR | O_CREAT, "be locked");
+    if (::flock(file.number, LOCK_EX | LOCK_NB) != 0) {
+      if (errno == EWOULDBLOCK) return nullptr;
+      fail(path, "be locked", errno);
+    }
+    // Between opening and locking, another may have held the lock, and removed the file with it.
+    struct ::stat locked {
+    }, named{};
+    if (::fstat(file.number, &locked) == 0 && ::stat(path.c_str(), &named) == 0 && locked.st_ino == named.st_ino)
+      return std::make_unique<FileLock>(std::exchange(file.number, -1));
+  }
 }
 
 std::optional<std::string> FileSystem::read_text(const std::filesystem::path& path) {

@@ -1,15 +1,15 @@
 #include "pipeline/run/runner.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
+#include <numeric>
 
 #include "pipeline/cache/file_publisher.hpp"
-#include "pipeline/config/plan.hpp"
-#include "pipeline/run/measure.hpp"
 #include "pipeline/run/run_report.hpp"
+#include "pipeline/run/stage_runner.hpp"
 
 namespace meshmser {
 namespace {
@@ -25,110 +25,34 @@ std::size_t stage_index(const Configuration& configuration, const std::string& n
                                nearest.empty() ? "" : ", did you mean '" + nearest + "'?"));
 }
 
-/// One run of a configuration.
-class Run {
- public:
-  Run(const Configuration& configuration, const RunOptions& options, const Execution& execution, RunObserver& observer)
-      : configuration_(configuration),
-        options_(options),
-        execution_(execution),
-        observer_(observer),
-        plan_(resolve_ports(configuration)),
-        artifacts_(configuration.stages.size()),
-        scratch_(std::filesystem::temp_directory_path() / ("meshmser-" + unique_name())) {
-    result_.out = options.out.empty() ? default_out_folder(configuration) : std::filesystem::path(options.out);
-    result_.cache = options.cache.empty() ? default_cache_folder(configuration) : std::filesystem::path(options.cache);
-    execution_.progress = [&observer](std::string_view what, std::int64_t done, std::int64_t total) {
-      observer.progress(what, done, total);
-    };
-    for (const StageEntry& stage : configuration.stages) {
-      const auto files = stage.definition->files(stage.parameters.get());
-      input_files_.insert(input_files_.end(), files.begin(), files.end());
+std::vector<bool> forced_stages(const Configuration& configuration, const RunOptions& options) {
+  std::vector<bool> forced(configuration.stages.size(), options.force_all);
+  for (const std::string& name : options.force) forced[stage_index(configuration, name, "--force")] = true;
+  if (!options.from.empty())
+    for (std::size_t i = stage_index(configuration, options.from, "--from"); i < forced.size(); ++i) forced[i] = true;
+  return forced;
+}
+
+// Puts the files of a settled stage into the out folder; those of a stage with a name of its own into a folder of that
+// name, so that two such stages do not write over each other.
+std::vector<std::filesystem::path> publish(StageRunner& stages, std::size_t stage, const Configuration& configuration,
+                                           Cache& cache, FilePublisher& publisher) {
+  const StageEntry& named = configuration.stages[stage];
+  const std::string folder = named.name == named.definition->info.name ? "" : named.name + "/";
+  std::vector<std::filesystem::path> files;
+  const Entry& entry = *stages.entry(stage);
+  for (const EntryOutput& output : entry.outputs) {
+    const std::size_t own = output.files.size() - output.user_files.size();
+    for (std::size_t i = 0; i < output.user_files.size(); ++i) {
+      const std::string name = folder + output.user_files[i];
+      const std::filesystem::path from = cache.user_file(entry, output, output.user_files[i]);
+      if (!publisher.copy(from, name, output.files[own + i].digest, cache.file_digests()))
+        throw EntryDamaged(entry.stage, entry.key, from.string() + ": its content has changed");
+      files.push_back(publisher.place(name));
     }
-    input_files_.emplace_back(configuration.path);
   }
-  Run(const Run&) = delete;
-  Run& operator=(const Run&) = delete;
-  ~Run() {
-    std::error_code ignored;
-    std::filesystem::remove_all(scratch_, ignored);
-  }
-
-  RunResult whole() {
-    count_ = options_.until.empty() ? configuration_.stages.size()
-                                    : stage_index(configuration_, options_.until, "--until") + 1;
-    for (std::size_t i = 0; i < count_; ++i) make(i);
-    publish();
-    return std::move(result_);
-  }
-
-  std::optional<std::pair<std::string, Artifact>> artifact(std::size_t type) {
-    for (std::size_t i = configuration_.stages.size(); i-- > 0;)
-      for (const OutputPort& port : configuration_.stages[i].definition->outputs) {
-        const std::vector<std::string>& made = plan_.stages[i].outputs;
-        if (port.type != type || std::find(made.begin(), made.end(), port.name) == made.end()) continue;
-        count_ = i + 1;
-        for (std::size_t k = 0; k < count_; ++k) make(k);
-        return std::pair(configuration_.stages[i].name, artifacts_[i].at(port.name));
-      }
-    return std::nullopt;
-  }
-
- private:
-  Inputs inputs_of(std::size_t i) const {
-    Inputs inputs;
-    for (const PortBinding& binding : plan_.stages[i].inputs)
-      for (const PortSource& source : binding.sources)
-        inputs.add({binding.port, configuration_.stages[source.stage].name, artifacts_[source.stage].at(source.port)});
-    return inputs;
-  }
-
-  void make(std::size_t i) {
-    const StageEntry& stage = configuration_.stages[i];
-    StageRecord record;
-    record.name = stage.name;
-    record.stage = stage.definition->info.name;
-    record.outcome = StageOutcome::kRan;
-    record.reason = "never ran";
-    observer_.stage_started(record, i, count_);
-    const std::filesystem::path folder = scratch_ / stage.name;
-    std::filesystem::create_directories(folder);
-    RunContext context(execution_, folder, stage.name, configuration_.units);
-    const Measure measure;
-    const Outputs outputs = stage.definition->run(stage.parameters.get(), inputs_of(i), context);
-    record.wall_seconds = measure.wall_seconds();
-    record.cpu_seconds = measure.cpu_seconds();
-    record.peak_bytes = measure.peak_bytes();
-    record.warnings = context.warnings();
-    record.report = context.report_items();
-    for (const auto& [port, artifact] : outputs.items()) artifacts_[i].emplace(port, artifact);
-    observer_.stage_finished(record, i, count_);
-    result_.stages.push_back(std::move(record));
-  }
-
-  void publish() {
-    FilePublisher publisher(real_file_system(), result_.out, input_files_);
-    for (std::size_t i = 0; i < count_; ++i)
-      for (const auto& [port, artifact] : artifacts_[i]) {
-        const auto* set = std::get_if<Shared<FileSet>>(&artifact);
-        if (set == nullptr) continue;
-        for (const std::string& name : (*set)->names)
-          result_.stages[i].files.push_back(publisher.copy((*set)->folder / name, name));
-      }
-    publisher.write("run.json", run_report(configuration_, result_, {}, execution_));
-  }
-
-  const Configuration& configuration_;
-  const RunOptions& options_;
-  Execution execution_;
-  RunObserver& observer_;
-  Plan plan_;
-  std::vector<std::map<std::string, Artifact>> artifacts_;  ///< of each stage, by port
-  std::filesystem::path scratch_;
-  std::vector<std::filesystem::path> input_files_;
-  std::size_t count_ = 0;  ///< of stages to take
-  RunResult result_;
-};
+  return files;
+}
 
 }  // namespace
 
@@ -137,20 +61,94 @@ std::filesystem::path default_out_folder(const Configuration& configuration) {
 }
 
 std::filesystem::path default_cache_folder(const Configuration& configuration) {
-  if (const char* named = std::getenv("MESHMSER_CACHE"); named != nullptr && *named != '\0') return named;
-  const std::filesystem::path beside = std::filesystem::path(configuration.path).parent_path();
-  return beside / ".meshmser-cache";
+  const auto variable = [](const char* name) -> std::filesystem::path {
+    const char* value = std::getenv(name);
+    return value == nullptr ? "" : value;
+  };
+  if (const auto named = variable("MESHMSER_CACHE"); !named.empty()) return named;
+  const std::filesystem::path parent = std::filesystem::path(configuration.path).parent_path();
+  const std::filesystem::path beside = (parent.empty() ? "." : parent) / ".meshmser-cache";
+  if (::access(beside.c_str(), W_OK) == 0 || (errno == ENOENT && ::access(beside.parent_path().c_str(), W_OK) == 0))
+    return beside;
+  if (const auto caches = variable("XDG_CACHE_HOME"); !caches.empty()) return caches / "meshmser";
+  if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "meshmser";
+  return beside;
 }
 
 RunResult run(const Configuration& configuration, const RunOptions& options, const Execution& execution,
               RunObserver& observer) {
-  return Run(configuration, options, execution, observer).whole();
+  RunResult result;
+  result.out = options.out.empty() ? default_out_folder(configuration) : std::filesystem::path(options.out);
+  result.cache = options.cache.empty() ? default_cache_folder(configuration) : std::filesystem::path(options.cache);
+  Cache cache(result.cache);
+  StageRunner stages(configuration, cache, forced_stages(configuration, options), execution, observer);
+  std::vector<std::size_t> wanted(options.until.empty() ? configuration.stages.size()
+                                                        : stage_index(configuration, options.until, "--until") + 1);
+  std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+  if (!options.only.empty()) wanted = {stage_index(configuration, options.only, "--only")};
+
+  const auto records = [&] {
+    for (const std::size_t stage : wanted) result.stages.push_back(stages.record(stage));
+    return result;
+  };
+  if (options.dry_run) {
+    stages.judge(wanted);
+    return records();
+  }
+  std::vector<std::filesystem::path> inputs = stages.input_files();
+  inputs.emplace_back(configuration.path);
+  FilePublisher publisher(cache.disk(), result.out, inputs);
+  publisher.place("run.json");
+  try {
+    std::vector<std::vector<std::filesystem::path>> published;
+    for (bool whole = false; !whole;) {
+      if (options.only.empty())
+        stages.settle(wanted);
+      else
+        stages.run_only(wanted.front());
+      try {
+        published.clear();
+        for (const std::size_t stage : wanted)
+          published.push_back(publish(stages, stage, configuration, cache, publisher));
+        whole = true;
+      } catch (const EntryDamaged& damage) {
+        stages.mend(damage);
+      }
+    }
+    records();
+    for (std::size_t i = 0; i < wanted.size(); ++i) result.stages[i].files = std::move(published[i]);
+  } catch (const Cancelled&) {
+    std::string cached;
+    for (const std::size_t stage : wanted)
+      if (stages.entry(stage)) cached += (cached.empty() ? "" : ", ") + configuration.stages[stage].name;
+    observer.note("interrupted; in the cache: " + (cached.empty() ? "nothing yet" : cached));
+    throw;
+  }
+  if (options.only.empty())
+    publisher.write("run.json", run_report(configuration, result, stages.digest_of_file(), execution));
+  return result;
 }
 
 std::optional<std::pair<std::string, Artifact>> make_artifact(const Configuration& configuration, std::size_t type,
                                                               const RunOptions& options, const Execution& execution,
                                                               RunObserver& observer) {
-  return Run(configuration, options, execution, observer).artifact(type);
+  Cache cache(options.cache.empty() ? default_cache_folder(configuration) : std::filesystem::path(options.cache));
+  StageRunner stages(configuration, cache, forced_stages(configuration, options), execution, observer);
+  for (std::size_t i = configuration.stages.size(); i-- > 0;)
+    for (const OutputPort& port : configuration.stages[i].definition->outputs) {
+      const std::vector<std::string>& made = stages.plan().stages[i].outputs;
+      if (port.type != type || std::find(made.begin(), made.end(), port.name) == made.end()) continue;
+      const std::vector<std::size_t> wanted = stages.with_dependencies(i);
+      for (;;) {
+        stages.settle(wanted);
+        try {
+          return std::pair(configuration.stages[i].name, stages.artifact(i, port.name));
+        } catch (const EntryDamaged& damage) {
+          stages.mend(damage);
+        }
+      }
+    }
+  return std::nullopt;
 }
 
 }  // namespace meshmser

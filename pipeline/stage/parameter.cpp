@@ -8,6 +8,9 @@
 namespace meshmser {
 namespace {
 
+// Set while key_text formats, whose paths may stand deep within lists and maps.
+thread_local bool paths_as_names = false;
+
 void problem(std::vector<Diagnostic>& problems, const ConfigValue& value, std::string message) {
   problems.push_back({value.location, std::move(message)});
 }
@@ -136,6 +139,13 @@ std::string nearest_name(const std::string& word, const std::vector<std::string>
     }
   }
   return nearest;
+}
+
+std::string key_text(const Parameter& parameter, const void* parameters) {
+  paths_as_names = true;
+  std::string text = parameter.format(parameters);
+  paths_as_names = false;
+  return text;
 }
 
 std::string format_number(double value) {
@@ -347,7 +357,7 @@ std::string format(const Share& value) {
   return format_number(value.value);
 }
 std::string format(const InputPath& value) {
-  return quote(value.text);
+  return quote(paths_as_names ? std::filesystem::path(value.text).filename().string() : value.text);
 }
 
 std::string quote(const std::string& text) {

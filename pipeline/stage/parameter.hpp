@@ -144,6 +144,9 @@ void bind_map(const ConfigValue& map, const std::vector<Parameter>& parameters, 
 /// The known name nearest to `word` within an edit distance that a slip of the finger explains; empty: none is near.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& known);
 
+/// The value as it belongs into a cache key: format(), but of a path the file's name alone, so that a folder may move.
+std::string key_text(const Parameter& parameter, const void* parameters);
+
 /// Shortest text that reads back as the same double.
 std::string format_number(double value);
 
