@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "stages/mser/label_graph.hpp"
 
@@ -53,6 +54,13 @@ double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+double length_of(const SurfaceView& surface, const CommonBorder& border) {
+  double length = 0;
+  for (const std::int32_t h : border.half_edges)
+    length += (position(surface, h / 3, h % 3) - position(surface, h / 3, (h + 1) % 3)).norm();
+  return length;
 }
 
 /// One side of a border sample.
@@ -146,9 +154,11 @@ std::vector<std::int32_t> merge_by_saliency(const SurfaceView& surface, std::spa
 }
 
 std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span<const std::int32_t> labels,
-                                           std::span<const double> curvature, const TurningParameters& parameters,
-                                           const Execution& execution) {
+                                           std::span<const double> curvature, std::span<const double> areas,
+                                           const TurningParameters& parameters, const Execution& execution) {
   LabelGraph graph(surface, labels);
+  std::vector<double> area(static_cast<std::size_t>(graph.num_labels()) + 1, 0);
+  for (std::size_t t = 0; t < labels.size(); ++t) area[static_cast<std::size_t>(labels[t])] += areas[t];
   std::vector<CurvatureHistogram> histograms(curvature.empty() ? 0 : static_cast<std::size_t>(graph.num_labels()) + 1);
   std::vector<double> own(static_cast<std::size_t>(graph.num_labels()) + 1, 0);
   for (std::size_t t = 0; t < curvature.size(); ++t)
@@ -160,6 +170,11 @@ std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span
 
   tbb::enumerable_thread_specific<Surroundings> surroundings;
   const auto measure = [&](std::int32_t a, std::int32_t b, const CommonBorder& border) {
+    // Facets that touch at a corner have nothing that turns between them, and are two.
+    const double smaller = std::min(area[static_cast<std::size_t>(a)], area[static_cast<std::size_t>(b)]);
+    if (smaller > std::numbers::pi * parameters.radius * parameters.radius &&
+        length_of(surface, border) < parameters.radius)
+      return std::numbers::pi;
     const double explained = std::max(own[static_cast<std::size_t>(a)], own[static_cast<std::size_t>(b)]);
     const auto num_edges = static_cast<std::int64_t>(border.half_edges.size());
     const std::int64_t num_samples = std::min<std::int64_t>(num_edges, parameters.samples);
@@ -186,6 +201,7 @@ std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span
     return std::abs(median(turns)) - explained * median(distances);
   };
   const auto join = [&](std::int32_t a, std::int32_t b) {
+    area[static_cast<std::size_t>(a)] += area[static_cast<std::size_t>(b)];
     if (histograms.empty()) return;
     histograms[static_cast<std::size_t>(a)].add(histograms[static_cast<std::size_t>(b)]);
     measure_own(static_cast<std::size_t>(a));

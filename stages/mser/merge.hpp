@@ -33,10 +33,11 @@ struct TurningParameters {
 /// its normal is their mean weighted by area x squared distance from the sample, so that the rounded edge itself counts
 /// little; so is its centre. The turn is the angle between the two normals, minus the distance of the two centres times
 /// the greater of the two patches' curvatures: the quantile of `curvature` (#F, >= 0, greatest principal curvature in
-/// 1/unit; empty: explains nothing) over the patch. Cost: samples x triangles in the surroundings, for each
-/// border, and again for the borders of a patch that has grown.
+/// 1/unit; empty: explains nothing) over the patch. `areas`: #F. Two patches larger than the circle of the radius whose
+/// common border is shorter than the radius touch at a corner only and do not join. Cost: samples x triangles in the
+/// surroundings, for each border, and again for the borders of a patch that has grown.
 std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span<const std::int32_t> labels,
-                                           std::span<const double> curvature, const TurningParameters& parameters,
-                                           const Execution& execution = {});
+                                           std::span<const double> curvature, std::span<const double> areas,
+                                           const TurningParameters& parameters, const Execution& execution = {});
 
 }  // namespace meshmser

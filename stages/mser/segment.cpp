@@ -213,7 +213,7 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
     turning.radius = parameters.turning_radius;
     std::vector<double> bending;
     if (!curvature.empty()) bending = triangle_means(surface, curvature, execution);
-    labels = merge_by_turning(surface, labels, bending, turning, execution);
+    labels = merge_by_turning(surface, labels, bending, areas, turning, execution);
   }
   return drop_whole_components(surface, labels);
 }

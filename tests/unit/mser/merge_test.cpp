@@ -49,7 +49,7 @@ HeightField folded() {
 TEST(MergeByTurning, JoinsWhereTheSurfaceHardlyTurns) {
   const HeightField field = folded();
   const auto merge = [&](double degrees) {
-    return merge_by_turning(field.view(), thirds(field), {}, {degrees * kDegree, 6, 60, 0.1});
+    return merge_by_turning(field.view(), thirds(field), {}, field.areas, {degrees * kDegree, 6, 60, 0.1});
   };
   EXPECT_EQ(merge(1.5), thirds(field));
   EXPECT_EQ(merge(5), field.numbers([](const Eigen::Vector3d& p) { return p.x() < 40 ? 1 : 3; }));
@@ -64,8 +64,21 @@ TEST(MergeByTurning, ForgivesWhatTheOwnCurvatureExplains) {
   const auto labels = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 30 ? 1 : 2; });
   const std::vector<double> curvature(field.triangles.size(), 1.0 / 40);
   const TurningParameters parameters{5 * kDegree, 6, 60, 0.1};
-  EXPECT_EQ(merge_by_turning(field.view(), labels, {}, parameters), labels);
-  EXPECT_THAT(merge_by_turning(field.view(), labels, curvature, parameters), Each(1));
+  EXPECT_EQ(merge_by_turning(field.view(), labels, {}, field.areas, parameters), labels);
+  EXPECT_THAT(merge_by_turning(field.view(), labels, curvature, field.areas, parameters), Each(1));
+}
+
+// Four flat quarters: neighbours join along their sides, but not those that meet at a corner only.
+TEST(MergeByTurning, DoesNotJoinAcrossACorner) {
+  const HeightField field = make_height_field(60, 60);
+  const auto labels = field.numbers([](const Eigen::Vector3d& p) {
+    if (std::abs(p.x() - 30) < 2 && std::abs(p.y() - 30) < 2) return p.x() < 30 ? 1 : 2;
+    return p.x() < 30 && p.y() < 30 ? 1 : p.x() > 30 && p.y() > 30 ? 2 : 0;
+  });
+  const TurningParameters parameters{5 * kDegree, 6, 60, 0.1};
+  EXPECT_EQ(merge_by_turning(field.view(), labels, {}, field.areas, parameters), labels);
+  const auto halves = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 30 ? 1 : 2; });
+  EXPECT_THAT(merge_by_turning(field.view(), halves, {}, field.areas, parameters), Each(1));
 }
 
 TEST(MergeByTurning, DoesNotDependOnThreads) {
@@ -76,8 +89,8 @@ TEST(MergeByTurning, DoesNotDependOnThreads) {
   one.threads = 1;
   seven.threads = 7;
   const TurningParameters parameters{5 * kDegree, 6, 60, 0.1};
-  const auto merged = merge_by_turning(field.view(), labels, {}, parameters, one);
-  EXPECT_EQ(merged, merge_by_turning(field.view(), labels, {}, parameters, seven));
+  const auto merged = merge_by_turning(field.view(), labels, {}, field.areas, parameters, one);
+  EXPECT_EQ(merged, merge_by_turning(field.view(), labels, {}, field.areas, parameters, seven));
   EXPECT_NE(merged, labels);
 }
 
