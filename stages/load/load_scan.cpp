@@ -149,7 +149,7 @@ Eigen::Vector3d choose_origin(const Eigen::Vector3d& low, const Eigen::Vector3d&
   return origin;
 }
 
-RawFaces join_faces(const std::vector<PosedScan>& scans) {
+RawFaces join_faces(const std::vector<PosedScan>& scans, bool turned) {
   RawFaces faces;
   faces.first_corner_of_face.push_back(0);
   std::int64_t first_vertex = 0;
@@ -163,6 +163,10 @@ RawFaces join_faces(const std::vector<PosedScan>& scans) {
     for (const std::int32_t corner : g.corners) faces.corners.push_back(first_vertex + corner);
     first_vertex += static_cast<std::int64_t>(g.num_vertices());
   }
+  if (turned)
+    for (std::size_t f = 0; f + 1 < faces.first_corner_of_face.size(); ++f)
+      std::reverse(faces.corners.begin() + faces.first_corner_of_face[f],
+                   faces.corners.begin() + faces.first_corner_of_face[f + 1]);
   return faces;
 }
 
@@ -352,7 +356,8 @@ LoadedScan load_scan(std::vector<PosedScan> scans, const LoadScanOptions& option
         std::any_of(scans.begin(), scans.end(), [](const PosedScan& scan) { return scan.geometry.loose_facets; });
     const bool merge =
         options.merge_vertices == MergeVertices::kYes || (options.merge_vertices == MergeVertices::kAuto && loose);
-    GivenMesh given = build_given_mesh(join_faces(scans), points, raw.properties, options.repair, merge);
+    GivenMesh given =
+        build_given_mesh(join_faces(scans, options.turn_faces), points, raw.properties, options.repair, merge);
     loaded.mesh = std::move(given.mesh);
     loaded.normals = std::move(given.normals);
     report.mesh = given.report;

@@ -30,7 +30,8 @@ struct LoadScanOptions {
   OutlierOptions outliers;
   MeshRepair repair = MeshRepair::kNone;
   MergeVertices merge_vertices = MergeVertices::kAuto;
-  bool use_faces = true;  ///< false: the vertices of a mesh are a cloud
+  bool turn_faces = false;  ///< every face the other way round, for meshes that are inside out
+  bool use_faces = true;    ///< false: the vertices of a mesh are a cloud
 };
 
 /// What was counted on the way.

@@ -87,6 +87,7 @@ struct LoadParameters {
   double outlier_deviations = OutlierOptions{}.deviations;
   double outlier_radius = OutlierOptions{}.radius_spacings;
   FaceUse faces = FaceUse::kUse;
+  bool turn_faces = false;
   MeshRepair repair = MeshRepair::kNone;
   MergeVertices merge_vertices = MergeVertices::kAuto;
 };
@@ -218,9 +219,8 @@ void tell_of_mesh(const LoadedScan& loaded, RunContext& context) {
         r.num_coincident_vertices));
   if (r.num_inside_out > 0)
     context.warn(
-        fmt::format("{} closed component{} of the mesh face{} inward: hollow spaces, or the mesh is inside out, and "
-                    "then the sign of its curvature is "
-                    "turned",
+        fmt::format("{} closed component{} of the mesh face{} inward: a hollow space, or the mesh is inside out and "
+                    "'load.turn_faces: true' turns it; until then the sign of its curvature is wrong",
                     r.num_inside_out, r.num_inside_out == 1 ? "" : "s", r.num_inside_out == 1 ? "s" : ""));
 }
 
@@ -257,6 +257,8 @@ struct LoadStage {
                      "Radius: how far to look for neighbours.");
     schema.parameter("faces", &Parameters::faces,
                      "use: files with faces give a mesh and its normals; ignore: their vertices are a scan.");
+    schema.parameter("turn_faces", &Parameters::turn_faces,
+                     "Turns every face of a given mesh around: for a mesh that is inside out.");
     schema.parameter("repair", &Parameters::repair,
                      "Non-manifold and inconsistently oriented edges of a given mesh: none: an error; split: turn "
                      "triangles and cut; drop: turn triangles and drop the smallest.");
@@ -328,6 +330,7 @@ struct LoadStage {
     options.outliers = {p.outliers, p.outlier_neighbors.automatic ? least : p.outlier_neighbors.value,
                         p.outlier_deviations, p.outlier_radius};
     options.use_faces = p.faces == FaceUse::kUse;
+    options.turn_faces = p.turn_faces;
     options.repair = p.repair;
     options.merge_vertices = p.merge_vertices;
     LoadedScan loaded = load_scan(std::move(scans), options, context.execution());

@@ -78,6 +78,9 @@ TEST(GivenMesh, ClosedAndInsideOutIsCounted) {
   auto faces = kCubeFaces;
   for (auto& face : faces) std::reverse(face.begin(), face.end());
   EXPECT_EQ(load_scan({mesh_of(kCube, faces)}).report.mesh.num_inside_out, 1);
+  LoadScanOptions turn;
+  turn.turn_faces = true;
+  EXPECT_EQ(load_scan({mesh_of(kCube, faces)}, turn).report.mesh.num_inside_out, 0);
 }
 
 TEST(GivenMesh, MergesTheCornersOfLooseFacets) {
