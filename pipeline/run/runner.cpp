@@ -14,17 +14,6 @@
 namespace meshmser {
 namespace {
 
-std::size_t stage_index(const Configuration& configuration, const std::string& name, const char* option) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < configuration.stages.size(); ++i) {
-    if (configuration.stages[i].name == name) return i;
-    names.push_back(configuration.stages[i].name);
-  }
-  const std::string nearest = nearest_name(name, names);
-  throw UsageError(fmt::format("{}: {} has no stage '{}'{}", option, configuration.path, name,
-                               nearest.empty() ? "" : ", did you mean '" + nearest + "'?"));
-}
-
 std::vector<bool> forced_stages(const Configuration& configuration, const RunOptions& options) {
   std::vector<bool> forced(configuration.stages.size(), options.force_all);
   for (const std::string& name : options.force) forced[stage_index(configuration, name, "--force")] = true;
@@ -55,6 +44,17 @@ std::vector<std::filesystem::path> publish(StageRunner& stages, std::size_t stag
 }
 
 }  // namespace
+
+std::size_t stage_index(const Configuration& configuration, const std::string& name, const char* option) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < configuration.stages.size(); ++i) {
+    if (configuration.stages[i].name == name) return i;
+    names.push_back(configuration.stages[i].name);
+  }
+  const std::string nearest = nearest_name(name, names);
+  throw UsageError(fmt::format("{}: {} has no stage '{}'{}", option, configuration.path, name,
+                               nearest.empty() ? "" : ", did you mean '" + nearest + "'?"));
+}
 
 std::filesystem::path default_out_folder(const Configuration& configuration) {
   return std::filesystem::path(configuration.path).stem().string() + "-out";

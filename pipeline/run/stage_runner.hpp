@@ -15,6 +15,9 @@
 
 namespace meshmser {
 
+/// Index of the stage of that name; throws UsageError, with the nearest name, where there is none. `option`: who asks.
+std::size_t stage_index(const Configuration& configuration, const std::string& name, const char* option);
+
 /// Decides and runs. Every decision to run records its reason in the branch that takes it.
 class StageRunner {
  public:
