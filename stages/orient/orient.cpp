@@ -21,6 +21,8 @@ constexpr double kMaxGap = 8;
 constexpr double kMaxStep = 1.5;
 // A normal nearer to the line of sight than 80 degrees cannot point away from the scanner.
 constexpr double kGrazing = 0.17;
+// A plane's normal more than 45 degrees from its neighbours' mean is noise: the mean stands in for it.
+constexpr double kTrusted = 0.7;
 // Of |sum of area normals| / area: 0 for a closed surface, 0.2 for a box without its bottom, 0.5 for a half sphere.
 constexpr double kOpenness = 0.4;
 
@@ -80,11 +82,12 @@ LocalPlanes fit_planes(const PointCloud& cloud, const NearestNeighbors& neighbor
   return result;
 }
 
-// Mean of the neighbours' normals, each turned to the point's own: steadier than the normals where the noise is as
-// large as the spacing. Points of another sheet are left out.
+// The direction that the neighbours' normals have most in common, whatever their signs (largest eigenvector of the sum
+// of n n^T): steadier than the normals where the noise is as large as the spacing, and not led by the point's own.
+// Points of another sheet are left out.
 struct SmoothNormals {
   Vectors normals;              // unit or zero
-  std::vector<double> clarity;  // length of the mean before it was made a unit vector: 1 where all agree
+  std::vector<double> clarity;  // root mean square cosine between it and them: 1 where all agree
 };
 SmoothNormals smooth_normals(const PointCloud& cloud, const NearestNeighbors& neighbors, const Vectors& normals,
                              const PropagationParameters& limits, const Execution& execution) {
@@ -94,19 +97,25 @@ SmoothNormals smooth_normals(const PointCloud& cloud, const NearestNeighbors& ne
     for (std::int64_t i = begin; i < end; ++i) {
       const auto index = static_cast<std::size_t>(i);
       const Vector3d own = normals[index];
-      Vector3d sum = own;
-      double count = 1;
+      SymmetricMatrix3 away;
+      double count = 0;
+      const auto add = [&](const Vector3d& m) {
+        away.xx += 1 - m.x() * m.x(), away.yy += 1 - m.y() * m.y(), away.zz += 1 - m.z() * m.z();
+        away.xy -= m.x() * m.y(), away.xz -= m.x() * m.z(), away.yz -= m.y() * m.z();
+        count += 1;
+      };
+      if (own == Vector3d::Zero()) continue;
+      add(own);
       for (const std::int32_t j : neighbors.of(i)) {
         const auto other = static_cast<std::size_t>(j);
         const Vector3d d = cloud.positions[other] - cloud.positions[index];
         if (d.squaredNorm() > gap2) break;
         if (std::min(std::abs(own.dot(d)), std::abs(normals[other].dot(d))) > limits.max_step) continue;
-        sum += own.dot(normals[other]) < 0 ? -normals[other] : normals[other];
-        count += 1;
+        if (normals[other] != Vector3d::Zero()) add(normals[other]);
       }
-      const double length = sum.norm();
-      result.clarity[index] = length / count;
-      if (length > 0) result.normals[index] = sum / length;
+      const LeastEigen mean = least_eigen(away);
+      result.normals[index] = mean.is_plane() ? mean.vector : own;
+      result.clarity[index] = std::sqrt(std::max(0.0, 1 - mean.value / count));
     }
   });
   return result;
@@ -275,8 +284,10 @@ Orientation orient(const PointCloud& cloud, const OrientOptions& options, const 
       ++result.report.num_unoriented;
       continue;
     }
-    const double sign = propagation.signs[i] * (planes.normals[i].dot(smoothed.normals[i]) < 0 ? -1 : 1);
-    out.normals[i] = sign * planes.normals[i];
+    const double cosine = planes.normals[i].dot(smoothed.normals[i]);
+    const double sign = propagation.signs[i];
+    out.normals[i] = std::abs(cosine) < kTrusted ? Vector3d(sign * smoothed.normals[i])
+                                                 : Vector3d((cosine < 0 ? -sign : sign) * planes.normals[i]);
     ++out.components[static_cast<std::size_t>(c)].num_points;
     result.report.centers[static_cast<std::size_t>(c)] += cloud.positions[i];
   }
