@@ -219,7 +219,9 @@ class Reader {
     if (stage->definition == nullptr) return;
     const std::string keys = argument.substr(dot + 1, equals - dot - 1);
     if (keys == "name" || keys == "inputs") return problem(location, "'" + keys + "' can only be given in the file");
+    const std::size_t before = problems_.size();
     ConfigValue value = read_argument_value(argument.substr(equals + 1), location.file, problems_);
+    if (problems_.size() > before) return;
     if (stage->given.kind == ConfigValue::Kind::kNull) {
       stage->given.kind = ConfigValue::Kind::kMap;
       stage->given.location = location;
@@ -323,7 +325,8 @@ class Reader {
 
 Configuration parse_configuration(const std::string& text, const std::string& path,
                                   const std::vector<std::string>& overrides) {
-  return Reader(path).read(text, overrides);
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  return Reader(path).read(text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : text, overrides);
 }
 
 Configuration load_configuration(const std::string& path, const std::vector<std::string>& overrides) {

@@ -31,6 +31,9 @@ class ValueBuilder : public YAML::EventHandler {
 
   ConfigValue take() { return std::move(root_); }
 
+  /// Where the innermost list or map begins that is still open; nullptr: none is.
+  const Location* open_location() const { return stack_.empty() ? nullptr : &stack_.back().value.location; }
+
   void OnDocumentStart(const YAML::Mark& mark) override {
     if (num_documents_++ > 0) give_up(place(mark), "a second document begins here; a configuration is one document");
   }
@@ -183,6 +186,14 @@ void report(std::vector<Diagnostic>& problems, const std::string& file, int line
   problems.push_back(std::move(diagnostic));
 }
 
+// The parser's words where they help nobody.
+std::string plain_words(const std::string& message) {
+  if (message == "end of map not found" || message == "end of sequence not found")
+    return "the indentation of this line fits nothing above it";
+  if (message == "illegal block entry") return "a '-' cannot stand here; lines are indented by blanks, not tabs";
+  return message;
+}
+
 // The first byte that no text file has, or npos.
 std::size_t first_control_byte(std::string_view text) {
   const auto found = std::find_if(text.begin(), text.end(), [](char c) {
@@ -223,9 +234,18 @@ ConfigValue read_yaml(const std::string& text, const std::string& file, std::vec
     while (parser.HandleNextDocument(builder)) continue;
   } catch (const GiveUp&) {
   } catch (const YAML::Exception& error) {
+    // The parser names the end of the text where a bracket is not closed; where it was opened is of more use.
+    const bool map_open = error.msg == "end of map flow not found";
+    const bool list_open = error.msg == "end of sequence flow not found";
     const bool known = error.mark.line >= 0 && error.mark.column >= 0;
-    report(problems, file, known ? error.mark.line + 1 : 1, known ? error.mark.column + 1 : 1,
-           "not valid YAML: " + error.msg);
+    if ((map_open || list_open) && builder.open_location() != nullptr) {
+      const Location& place = *builder.open_location();
+      report(problems, file, place.line, place.column,
+             map_open ? "not valid YAML: this map is not closed by '}'" : "not valid YAML: this list is not closed by ']'");
+    } else {
+      report(problems, file, known ? error.mark.line + 1 : 1, known ? error.mark.column + 1 : 1,
+             "not valid YAML: " + plain_words(error.msg));
+    }
   }
   return builder.take();
 }

@@ -26,6 +26,8 @@ std::string describe(const ConfigValue& value) {
     case ConfigValue::Kind::kScalar:
       break;
   }
+  constexpr std::size_t kMost = 60;
+  if (value.text.size() > kMost) return "'" + value.text.substr(0, kMost) + "...'";
   return "'" + value.text + "'";
 }
 
@@ -149,8 +151,11 @@ std::string key_text(const Parameter& parameter, const void* parameters) {
 }
 
 std::string format_number(double value) {
-  char buffer[32];
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value == 0 ? 0.0 : value);
+  char buffer[48];
+  const double size = std::abs(value);
+  const bool plain = size == 0 || (size >= 1e-6 && size < 1e15);
+  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value == 0 ? 0.0 : value,
+                                    plain ? std::chars_format::fixed : std::chars_format::general);
   return std::string(buffer, result.ptr);
 }
 
