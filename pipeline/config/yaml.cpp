@@ -241,7 +241,8 @@ ConfigValue read_yaml(const std::string& text, const std::string& file, std::vec
     if ((map_open || list_open) && builder.open_location() != nullptr) {
       const Location& place = *builder.open_location();
       report(problems, file, place.line, place.column,
-             map_open ? "not valid YAML: this map is not closed by '}'" : "not valid YAML: this list is not closed by ']'");
+             map_open ? "not valid YAML: this map is not closed by '}'"
+                      : "not valid YAML: this list is not closed by ']'");
     } else {
       report(problems, file, known ? error.mark.line + 1 : 1, known ? error.mark.column + 1 : 1,
              "not valid YAML: " + plain_words(error.msg));

@@ -60,8 +60,7 @@ TEST(Stages, ReadmesHoldTheGeneratedTable) {
     const std::size_t first = text.find(begin), last = text.find(end);
     ASSERT_TRUE(first != std::string::npos && last != std::string::npos && first < last)
         << path << " lacks the marks of its parameter table";
-    const std::string expected =
-        text.substr(0, first) + begin + "\n" + parameter_table(*stage) + text.substr(last);
+    const std::string expected = text.substr(0, first) + begin + "\n" + parameter_table(*stage) + text.substr(last);
     EXPECT_EQ(text, expected) << path << ": write the table again with MESHMSER_UPDATE_EXPECTED=1 config_test";
     if (updating()) write(path, expected);
   }
