@@ -196,15 +196,15 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
                                          std::span<const double> areas, const SegmentParameters& parameters,
                                          const Execution& execution) {
   const SurfaceView& surface = inputs.surface;
-  if (parameters.grow != Grow::kNone && parameters.absorb_area > 0)
-    labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
-  execution.check();
   const std::vector<double> strength =
       magnitudes(inputs.strength.empty() ? std::span<const double>(inputs.level_sets.values) : inputs.strength);
   const std::vector<double> curvature = magnitudes(inputs.curvature);
   if (parameters.grow == Grow::kWatershed)
     labels = flood(inputs, labels, strength, curvature, areas, parameters, execution);
   execution.check();
+  // After the flood: a small seed may be all that a large facet has.
+  if (parameters.grow != Grow::kNone && parameters.absorb_area > 0)
+    labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
   if (parameters.merge == Merge::kSaliency)
     labels = merge_by_saliency(surface, labels, strength, areas, parameters.saliency, execution);
   if (parameters.merge == Merge::kTurning) {

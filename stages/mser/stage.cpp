@@ -221,8 +221,8 @@ struct MserStage {
     s.parameter("nested", &P::nested, "What remains of regions within regions.");
     s.parameter("keep_largest", &P::keep_largest, at_least(1), "regions", "So many of the largest regions remain.");
     s.parameter("grow", &P::grow,
-                "Afterwards: small patches join a neighbour (absorb), and all that is left is flooded from the labels, "
-                "so that they meet on the crests (watershed).");
+                "Afterwards: all that is left is flooded from the labels, so that they meet on the crests (watershed), "
+                "and small patches join a neighbour (watershed, absorb).");
     s.parameter("absorb", &P::absorb, at_least(0), "",
                 "Patches smaller than this join the neighbour with the longest common border, unless grow is none.");
     s.parameter(
