@@ -27,7 +27,8 @@ std::int64_t MeshTopology::loops_longer_than(std::int64_t edges) const {
   return std::count_if(border_loops.begin(), border_loops.end(), [&](std::int64_t length) { return length > edges; });
 }
 
-MeshTopology describe_topology(const std::vector<std::array<std::int32_t, 3>>& triangles, std::size_t num_vertices) {
+MeshTopology describe_topology(const std::vector<std::array<std::int32_t, 3>>& triangles, std::size_t num_vertices,
+                               const Execution& execution) {
   MeshTopology topology;
   topology.num_triangles = static_cast<std::int64_t>(triangles.size());
 
@@ -68,6 +69,7 @@ MeshTopology describe_topology(const std::vector<std::array<std::int32_t, 3>>& t
   };
   std::int64_t num_half_edges_with_twin = 0;
   for (std::size_t v = 0; v < num_vertices; ++v) {
+    if (v % 65536 == 0) execution.check();
     const auto begin = corners.begin() + first[v], end = corners.begin() + first[v + 1];
     if (begin == end) continue;
     ++topology.num_vertices;

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/execution/execution.hpp"
+
 namespace meshmser {
 
 /// The shape of a triangle mesh regardless of where its vertices lie.
@@ -26,6 +28,7 @@ struct MeshTopology {
 /// with boundary - each edge in one or two triangles that run along it in opposite directions, one fan at each vertex -
 /// and counts. With a defect the counts but `num_triangles` are not made. By counting sort, linear, independent of how
 /// the mesh was built.
-MeshTopology describe_topology(const std::vector<std::array<std::int32_t, 3>>& triangles, std::size_t num_vertices);
+MeshTopology describe_topology(const std::vector<std::array<std::int32_t, 3>>& triangles, std::size_t num_vertices,
+                               const Execution& execution = {});
 
 }  // namespace meshmser

@@ -33,6 +33,11 @@ void check_input(const PointCloud& cloud, const PointNormals& normals, const Smo
     throw StageError(
         "mesh: max_edge must be positive and finite, not " + std::to_string(options.max_edge) +
         (cloud.spacing > 0 ? "" : "; the cloud's spacing is 0, so give max_edge in the unit of the coordinates"));
+  const std::vector<Vector3d>& positions = smoothed != nullptr ? smoothed->positions : cloud.positions;
+  for (std::size_t p = 0; p < n; ++p) {
+    if (!cloud.positions[p].allFinite() || !positions[p].allFinite() || !normals.normals[p].allFinite())
+      throw StageError("mesh: the position or normal of point " + std::to_string(p) + " is not finite");
+  }
 }
 
 }  // namespace
@@ -92,7 +97,7 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
   mesh.positions = std::move(vertex_positions);
 
   execution.report("check the mesh", 0, 0);
-  const MeshTopology topology = describe_topology(mesh.triangles, mesh.num_vertices());
+  const MeshTopology topology = describe_topology(mesh.triangles, mesh.num_vertices(), execution);
   if (!topology.defect.empty())
     throw StageError("mesh: the mesh made is not a manifold: " + topology.defect + "; this is a fault of the program");
   report.num_components = topology.num_components;

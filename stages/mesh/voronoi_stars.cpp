@@ -28,16 +28,10 @@ double tie_weight(std::int32_t point) {
   return static_cast<double>(x >> 11) * 0x1p-53;
 }
 
-/// A neighbour in the tangent plane.
-struct Candidate {
-  double squared_distance;
-  std::int32_t point;
-  Vector2d at;
-  bool operator<(const Candidate& other) const {
-    if (squared_distance != other.squared_distance) return squared_distance < other.squared_distance;
-    return point < other.point;
-  }
-};
+/// A point by its squared distance, then its index.
+using Neighbour = std::pair<double, std::int32_t>;
+/// Nearest neighbours that are put in order first; enough for most cells.
+constexpr std::size_t kFirstBatch = 24;
 
 /// A convex polygon around the origin that shrinks to the Voronoi cell; each side remembers whose bisector it is.
 class Cell {
@@ -148,11 +142,10 @@ class StarMaker {
     }
   }
 
-  /// Lays the loaded points with low < distance <= high into p's tangent plane, nearest first. False where an equal
-  /// point of smaller index stands for p.
-  bool lay_out(std::int32_t p, double low, double high) {
+  /// Collects the loaded points with low < distance <= high from p. False where an equal point of smaller index stands
+  /// for p.
+  bool collect(std::int32_t p, double low, double high) {
     const Vector3d centre = positions_[at(p)];
-    const Vector3d& normal = normals_[at(p)];
     const std::size_t n = loaded_->size();
     for (std::size_t i = 0; i < n; ++i) {
       const double dx = x_[i] - centre.x(), dy = y_[i] - centre.y(), dz = z_[i] - centre.z();
@@ -163,34 +156,42 @@ class StarMaker {
     for (std::size_t i = 0; i < n; ++i) {
       if (!(squared_[i] <= squared_high) || squared_[i] <= squared_low) continue;
       const std::int32_t q = (*loaded_)[i];
-      if (q == p) continue;
-      if (squared_[i] == 0) {
-        if (q < p) return false;
-        continue;
-      }
-      if (normals_[at(q)].dot(normal) < 0) continue;
-      const Vector3d offset = positions_[at(q)] - centre;
-      const Vector2d flat(offset.dot(u_), offset.dot(v_));
-      const double length = flat.norm(), distance = std::sqrt(squared_[i]);
-      if (length <= 1e-6 * distance) continue;  // straight above: no direction in the plane
-      candidates_.push_back({squared_[i], q, flat * (distance / length)});
+      if (squared_[i] == 0 && q < p) return false;
+      if (squared_[i] > 0) candidates_.emplace_back(squared_[i], q);
     }
-    std::sort(candidates_.begin(), candidates_.end());
     return true;
   }
 
+  /// Clips the cell by the bisectors with the collected points, nearest first, until no farther one can matter. They
+  /// are put in order batch by batch, so that a dense spot costs no more than looking at its points.
   void clip_by_candidates(std::int32_t p) {
+    const Vector3d &centre = positions_[at(p)], &normal = normals_[at(p)];
     const double own = weight_ * tie_weight(p);
-    for (const Candidate& c : candidates_) {
-      if (c.squared_distance > 4 * cell_.squared_radius() + 2 * weight_) break;
-      cell_.clip(c.at, 0.5 * (c.squared_distance + own - weight_ * tie_weight(c.point)), c.point);
+    auto begin = candidates_.begin();
+    for (std::size_t batch = kFirstBatch; begin != candidates_.end(); batch *= 2) {
+      auto end = candidates_.end();
+      if (static_cast<std::size_t>(end - begin) > batch) {
+        end = begin + static_cast<std::ptrdiff_t>(batch);
+        std::nth_element(begin, end, candidates_.end());
+      }
+      std::sort(begin, end);
+      for (; begin != end; ++begin) {
+        const auto [squared, q] = *begin;
+        if (squared > 4 * cell_.squared_radius() + 2 * weight_) return;
+        if (normals_[at(q)].dot(normal) < 0) continue;
+        const Vector3d offset = positions_[at(q)] - centre;
+        const Vector2d flat(offset.dot(u_), offset.dot(v_));
+        const double length = flat.norm(), distance = std::sqrt(squared);
+        if (length <= 1e-6 * distance) continue;  // straight above: no direction in the plane
+        cell_.clip(flat * (distance / length), 0.5 * (squared + own - weight_ * tie_weight(q)), q);
+      }
     }
   }
 
   bool start(std::int32_t p, double near_reach) {
     tangent_frame(normals_[at(p)], u_, v_);
     cell_.start(reach_);
-    if (!lay_out(p, 0, near_reach)) {
+    if (!collect(p, 0, near_reach)) {
       cell_.start(0);
       return false;
     }
@@ -199,7 +200,7 @@ class StarMaker {
   }
 
   void widen(std::int32_t p, double near_reach) {
-    lay_out(p, near_reach, reach_);
+    collect(p, near_reach, reach_);
     clip_by_candidates(p);
   }
 
@@ -232,7 +233,7 @@ class StarMaker {
   std::vector<std::int32_t> near_, far_;
   const std::vector<std::int32_t>* loaded_ = nullptr;
   std::vector<double> x_, y_, z_, squared_;
-  std::vector<Candidate> candidates_;
+  std::vector<Neighbour> candidates_;
   Vector3d u_, v_;
   Cell cell_;
   std::vector<std::uint8_t> found_;

@@ -192,6 +192,9 @@ TEST_P(MeshPoints, TellsWhatItCannotMesh) {
   ScatteredShape shorter = scattered_plane(10, 0.2);
   shorter.normals.normals.pop_back();
   EXPECT_THAT(message(shorter, 5), testing::HasSubstr("99 normals do not belong to 100 points"));
+  ScatteredShape broken = scattered_plane(10, 0.2);
+  broken.normals.normals[7].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(message(broken, 5), testing::HasSubstr("the position or normal of point 7 is not finite"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, MeshPoints, testing::Values(MeshMethod::kAdvancingFront, MeshMethod::kLocalDelaunay),
