@@ -118,9 +118,9 @@ void tell(const Orientation& made, RunContext& context) {
                  ": open sheets enclose no volume; orient.viewpoint or orient.flip decides it");
   if (r.num_unoriented > 0)
     context.warn(
-        fmt::format("{} points have no normal: their neighbours within orient.max_gap define no plane; they "
-                    "take no part in curvature and mesh",
-                    r.num_unoriented));
+        fmt::format("{} no normal, because the neighbours within orient.max_gap define no plane there; no part in "
+                    "curvature and mesh",
+                    r.num_unoriented == 1 ? "1 point has" : std::to_string(r.num_unoriented) + " points have"));
   if (share > 0.02)
     context.warn(
         fmt::format("{:.1f} % of the neighbours disagree about the side of the surface: noise may be too "
