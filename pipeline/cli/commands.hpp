@@ -10,8 +10,10 @@ namespace meshmser {
 CommandDefinition run_command();
 CommandDefinition validate_command();
 CommandDefinition explain_command();
+CommandDefinition show_command();
 CommandDefinition stages_command();
 CommandDefinition schema_command();
+CommandDefinition cache_command();
 CommandDefinition completion_command();
 
 /// Those above and those that stages registered, in the order of the help text: ours first, then by name.
