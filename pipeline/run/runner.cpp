@@ -80,7 +80,7 @@ RunResult run(const Configuration& configuration, const RunOptions& options, con
   RunResult result;
   result.out = options.out.empty() ? default_out_folder(configuration) : std::filesystem::path(options.out);
   result.cache = options.cache.empty() ? default_cache_folder(configuration) : std::filesystem::path(options.cache);
-  Cache cache(result.cache);
+  Cache cache(result.cache, options.disk != nullptr ? *options.disk : real_file_system());
   StageRunner stages(configuration, cache, forced_stages(configuration, options), execution, observer);
   std::vector<std::size_t> wanted(options.until.empty() ? configuration.stages.size()
                                                         : stage_index(configuration, options.until, "--until") + 1);

@@ -11,15 +11,18 @@
 
 namespace meshmser {
 
+class FileSystem;
+
 struct RunOptions {
-  std::string out;    ///< folder of the results; empty: default_out_folder
-  std::string cache;  ///< folder of the cache; empty: default_cache_folder
-  std::string until;  ///< the last stage to run; empty: all
-  std::string from;   ///< this stage and all after it run again, cached or not; empty: none
-  std::string only;   ///< runs this stage alone, its inputs taken from the cache; empty: none
+  std::string out{};    ///< folder of the results; empty: default_out_folder
+  std::string cache{};  ///< folder of the cache; empty: default_cache_folder
+  std::string until{};  ///< the last stage to run; empty: all
+  std::string from{};   ///< this stage and all after it run again, cached or not; empty: none
+  std::string only{};   ///< runs this stage alone, its inputs taken from the cache; empty: none
   bool force_all = false;
-  std::vector<std::string> force;  ///< stages to run again, cached or not
-  bool dry_run = false;            ///< tells what would run, runs and writes nothing
+  std::vector<std::string> force{};  ///< stages to run again, cached or not
+  bool dry_run = false;              ///< tells what would run, runs and writes nothing
+  FileSystem* disk = nullptr;        ///< nullptr: the disk itself; tests give one that fails
 };
 
 /// `<name of the configuration>-out` in the current folder.
