@@ -35,7 +35,7 @@ double diagonal(const PointCloud& cloud) {
 std::string percent(std::int64_t part, std::int64_t whole) {
   const double share = whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0;
   char text[32];
-  std::snprintf(text, sizeof text, "%.2g %%", share);
+  std::snprintf(text, sizeof text, "%.3g %%", share);
   return text;
 }
 
@@ -60,6 +60,7 @@ void tell(const MeshedPoints& made, const PointCloud& cloud, RunContext& context
   context.report("num_components_by_vote", o.by_vote);
   context.report("num_components_by_volume", o.by_volume);
   context.report("num_components_by_guess", o.by_guess + o.undecided);
+  context.report("num_vertices_by_guess", o.vertices_by_guess);
   context.report("num_turned_vertices", o.turned_vertices);
   context.report("num_turned_components", o.turned_components);
 
@@ -75,10 +76,6 @@ void tell(const MeshedPoints& made, const PointCloud& cloud, RunContext& context
     context.warn("the mesh turns the normals of " + std::to_string(o.turned_vertices) + " vertices (" +
                  percent(o.turned_vertices, num_vertices) +
                  ") that oppose the surface around them; the signs of H and height follow the mesh there");
-  if (o.vertices_by_guess > 0)
-    context.warn("which side is outside is a guess on " + std::to_string(o.by_guess + o.undecided) +
-                 " open components of the mesh (" + percent(o.vertices_by_guess, num_vertices) +
-                 " of the vertices); orient.viewpoint or orient.flip decides it");
 }
 
 struct MeshStage {
