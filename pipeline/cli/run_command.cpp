@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <utility>
 
 #include "pipeline/cli/commands.hpp"
 #include "pipeline/cli/common_options.hpp"
@@ -8,23 +7,6 @@
 
 namespace meshmser {
 namespace {
-
-// `--force demo.yaml` means --force and CONFIG: no stage has such a name.
-bool is_file_name(const std::string& text) {
-  return text.find_first_of("./") != std::string::npos;
-}
-
-CommandArguments sort_out_force(CommandArguments arguments) {
-  if (arguments.find("CONFIG") != nullptr) return arguments;
-  for (auto& [name, values] : arguments.values)
-    if (name == "--force")
-      for (std::string& value : values)
-        if (is_file_name(value)) {
-          arguments.values.emplace_back("CONFIG", std::vector<std::string>{std::exchange(value, "")});
-          return arguments;
-        }
-  throw UsageError("run: CONFIG is missing, the configuration to run");
-}
 
 void tell_plan(const RunResult& result) {
   for (const StageRecord& stage : result.stages) {
@@ -36,8 +18,7 @@ void tell_plan(const RunResult& result) {
   }
 }
 
-int run_configuration(const CommandArguments& given, CommandHost& host) {
-  const CommandArguments arguments = sort_out_force(given);
+int run_configuration(const CommandArguments& arguments, CommandHost& host) {
   const Configuration configuration = given_configuration(arguments);
   RunOptions options;
   options.out = arguments.get("--out");
@@ -54,7 +35,7 @@ int run_configuration(const CommandArguments& given, CommandHost& host) {
   if (!options.only.empty() && !(options.until + options.from).empty())
     throw UsageError("run: --only runs one stage alone, leave --until and --from out");
 
-  ConsoleObserver observer(arguments.find("--quiet") != nullptr);
+  ConsoleObserver observer(arguments.find("--quiet") != nullptr || options.dry_run);
   const RunResult result = run(configuration, options, host.execution(), observer);
   if (options.dry_run) {
     tell_plan(result);
@@ -70,7 +51,7 @@ int run_configuration(const CommandArguments& given, CommandHost& host) {
 CommandDefinition run_command() {
   return {.name = "run",
           .purpose = "Runs a configuration; what the cache holds is not made again. Prints the files it wrote.",
-          .options = {{"CONFIG", "a configuration (.yaml)"},
+          .options = {config_option(),
                       set_option(),
                       {"--out", "folder of the results (without: CONFIG's name with -out)"},
                       cache_option(),

@@ -179,7 +179,8 @@ CommandDefinition definition() {
            {"--unit", "unit at the scale bar (of a configuration: its own)"},
            {"--title", "line above the views (the file's name)"},
            {"--set", "STAGE.KEY=VALUE: changes the configuration", false, true}},
-          run_render};
+          run_render,
+          "meshmser render configs/demo.yaml --view best demo.png"};
 }
 
 MESHMSER_COMMAND(render, definition());

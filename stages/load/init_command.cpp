@@ -122,7 +122,8 @@ CommandDefinition definition() {
           {{"SCAN", "a file that the stage load reads", true},
            {"--out", "the configuration to write (the scan's name with .yaml, in this folder)"},
            {"--units", "unit of the coordinates: mm, m, in ... (guessed from their size)"}},
-          run_init};
+          run_init,
+          "meshmser init scan.xyz --units mm"};
 }
 
 MESHMSER_COMMAND(init, definition());
