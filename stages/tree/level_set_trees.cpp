@@ -1,5 +1,6 @@
 #include "stages/tree/level_set_trees.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -39,6 +40,22 @@ void refuse_values_that_are_not_finite(const VertexScalar& scalar) {
                      "; mend it, or leave such triangles out with 'nan: exclude'");
 }
 
+/// The values clipped to their quantiles `share` and 1 - `share` over the vertices of positive weight.
+std::vector<double> clipped(const std::vector<double>& values, const std::vector<double>& weights, double share) {
+  std::vector<double> sorted;
+  for (std::size_t v = 0; v < values.size(); ++v)
+    if (weights[v] > 0 && std::isfinite(values[v])) sorted.push_back(values[v]);
+  if (sorted.empty()) return values;
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
+  const auto low = sorted.begin() + rank, high = sorted.end() - 1 - rank;
+  std::nth_element(sorted.begin(), low, sorted.end());
+  std::nth_element(low, high, sorted.end());
+  std::vector<double> result = values;
+  for (double& value : result)
+    if (std::isfinite(value)) value = std::clamp(value, *low, *high);
+  return result;
+}
+
 }  // namespace
 
 LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const VertexScalar& scalar,
@@ -68,7 +85,10 @@ LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const Vertex
   if (parameters.detrend > 0 || parameters.levels.rule == LevelRule::kEqualArea)
     weights = vertex_areas(mesh.triangles, areas, out.excluded_of_triangle, mesh.num_vertices());
   if (parameters.detrend > 0) {
-    const std::vector<double> means = local_means(mesh.positions, out.values, weights, parameters.detrend, execution);
+    const std::vector<double> means =
+        local_means(mesh.positions,
+                    parameters.detrend_clip > 0 ? clipped(out.values, weights, parameters.detrend_clip) : out.values,
+                    weights, parameters.detrend, execution);
     for (std::size_t v = 0; v < means.size(); ++v)
       if (std::isfinite(means[v])) out.values[v] -= means[v];
   }

@@ -43,6 +43,7 @@ struct TreeParameters {
   std::string scalar = "mean_curvature";
   ScalarTransform transform = ScalarTransform::kIdentity;
   std::optional<Length> detrend;
+  Share detrend_clip{0};
   std::optional<Length> exclude_rim;
   Length min_rim = spacings(40);
   NanPolicy nan = NanPolicy::kAuto;
@@ -71,6 +72,7 @@ LevelSetTreesParameters resolve(const TreeParameters& given, const Scale& scale)
   LevelSetTreesParameters p;
   p.transform = given.transform;
   if (given.detrend) p.detrend = given.detrend->resolve(scale);
+  p.detrend_clip = given.detrend_clip.value;
   if (given.exclude_rim) p.exclude_rim = given.exclude_rim->resolve(scale);
   p.min_rim = given.min_rim.resolve(scale);
   p.nan = given.nan;
@@ -110,6 +112,9 @@ struct TreeStage {
     s.parameter("transform", &P::transform, "Applied to the scalar after detrending.");
     s.parameter("detrend", &P::detrend, more_than(0), "",
                 "Radius of the ball whose mean is subtracted from the scalar first.");
+    s.parameter("detrend_clip", &P::detrend_clip, range(0, 0.4), "",
+                "Share of the vertices at each end whose values are clipped before the mean is taken, so that a sharp "
+                "edge does not tilt the mean of its surroundings; 0: the plain mean.");
     s.parameter("exclude_rim", &P::exclude_rim, more_than(0), "",
                 "Triangles nearer than this to a long rim are left out, since curvature is biased there.");
     s.parameter("min_rim", &P::min_rim, at_least(0), "", "Rims up to this length leave nothing out.");

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -130,6 +131,20 @@ TEST(BuildLevelSetTrees, DetrendingTakesASlopeAway) {
       EXPECT_NEAR(trees.values[v], 0, 0.5) << v;
     }
   }
+}
+
+TEST(BuildLevelSetTrees, AClippedMeanIsNotTiltedByASharpEdge) {
+  const TriangleMesh mesh = sheet(40);
+  const VertexScalar scalar = scalar_on(mesh, [](double x, double) { return x == 20 ? 1000.0 : 0.0; });
+  LevelSetTreesParameters parameters;
+  parameters.detrend = 8;
+  const auto lowest = [&] {
+    const LevelSetTrees trees = build_level_set_trees(mesh, scalar, parameters).trees;
+    return *std::min_element(trees.values.begin(), trees.values.end());
+  };
+  EXPECT_LT(lowest(), -20);
+  parameters.detrend_clip = 0.05;
+  EXPECT_EQ(lowest(), 0);
 }
 
 TEST(BuildLevelSetTrees, NanIsAnErrorInAGivenScalarAndLeftOutOfAMeasuredOne) {
