@@ -94,7 +94,10 @@ void ConsoleObserver::stage_finished(const StageRecord& stage, std::size_t index
         line(fmt::format("{}: may run ({})", prefix, stage.reason));
         break;
     }
-  for (const std::string& warning : stage.warnings) line(fmt::format("warning: {}: {}", stage.name, warning));
+  // A command may ask for several artifacts and so meet the same stage again.
+  for (const std::string& warning : stage.warnings)
+    if (told_warnings_.insert(stage.name + ": " + warning).second)
+      line(fmt::format("warning: {}: {}", stage.name, warning));
 }
 
 void ConsoleObserver::note(const std::string& message) {

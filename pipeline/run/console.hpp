@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdio>
 #include <mutex>
+#include <set>
 
 #include "pipeline/run/runner.hpp"
 
@@ -25,7 +26,8 @@ class ConsoleObserver : public RunObserver {
   std::mutex mutex_;
   std::string stage_, what_;     ///< of the progress told last
   double began_ = 0, told_ = 0;  ///< times of the current `what_`: begin, last line
-  bool moving_ = false;          ///< the terminal's last line is a progress line
+  std::set<std::string> told_warnings_;
+  bool moving_ = false;  ///< the terminal's last line is a progress line
 };
 
 }  // namespace meshmser

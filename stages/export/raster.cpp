@@ -41,6 +41,7 @@ Raster cast_rays(const Drawing& drawing, const View& view, int width, int height
   raster.width = width * kSamples;
   raster.height = height * kSamples;
   raster.sample_size = pixel / kSamples;
+  raster.roughness = drawing.roughness;
   const double left = (low.x() + high.x()) / 2 - (raster.width - 1) / 2.0 * raster.sample_size;
   const double top =
       (low.y() + high.y()) / 2 + ((raster.height - 1) / 2.0 - kScaleBarSpace * kSamples / 2.0) * raster.sample_size;

@@ -32,6 +32,7 @@ struct Raster {
   std::vector<Sample> samples;
   Eigen::Vector3d right, up, direction, corner;  ///< corner: where the ray of the upper left sample starts
   double sample_size = 0;
+  double roughness = 0;  ///< of the surface: a line that lies on it may be so much deeper than its samples
 
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);

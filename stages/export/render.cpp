@@ -39,7 +39,7 @@ void draw_lines(Image& samples, const Raster& raster, const BorderLines& lines) 
         const Eigen::Vector3d at = from + (to - from) * (static_cast<double>(step) / steps);
         const int x = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
         if (x < 0 || y < 0 || x >= raster.width || y >= raster.height) continue;
-        if (at.z() > surface_depth(x, y) + 2 * raster.sample_size) continue;
+        if (at.z() > surface_depth(x, y) + 2 * raster.sample_size + 1.5 * raster.roughness) continue;
         for (int v = y - 2; v <= y + 2; ++v)
           for (int u = x - 2; u <= x + 2; ++u)
             if (std::hypot(u - at.x(), v - at.y()) <= kLineRadius)

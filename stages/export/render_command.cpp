@@ -147,6 +147,7 @@ int run_render(const CommandArguments& arguments, CommandHost& host) {
   const bool is_config = extension == ".yaml" || extension == ".yml";
   RenderOptions options;
   if (const auto* views = arguments.find("--view")) options.views = *views;
+  for (const std::string& view : options.views) check_view_name(view);
   if (!arguments.get("--size").empty()) set_size(arguments.get("--size"), options);
   options.light_azimuth = number_of(arguments, "--light", options.light_azimuth);
   options.light_elevation = number_of(arguments, "--light-elevation", options.light_elevation);

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "pipeline/execution/error.hpp"
 #include "stages/export/drawing.hpp"
@@ -43,6 +45,12 @@ const std::vector<std::string>& view_names() {
   return names;
 }
 
+void check_view_name(const std::string& name) {
+  const std::vector<std::string>& known = view_names();
+  if (std::find(known.begin(), known.end(), name) == known.end())
+    throw UsageError(fmt::format("render: unknown view '{}'; known: {}", name, fmt::join(known, ", ")));
+}
+
 View view_of_name(const std::string& name, const TriangleMesh& mesh) {
   if (name == "best") {
     const Eigen::Vector3d facing = facing_of_sheet(mesh);
@@ -58,7 +66,8 @@ View view_of_name(const std::string& name, const TriangleMesh& mesh) {
     if (name == view.name)
       return make_view(name, {view.direction[0], view.direction[1], view.direction[2]},
                        {view.up[0], view.up[1], view.up[2]});
-  throw UsageError(fmt::format("render: unknown view '{}'; known: {}", name, fmt::join(view_names(), ", ")));
+  check_view_name(name);
+  throw std::logic_error("a known view without a direction");
 }
 
 std::vector<std::string> default_views(const TriangleMesh& mesh) {

@@ -18,6 +18,9 @@ struct View {
 /// best.
 const std::vector<std::string>& view_names();
 
+/// Throws UsageError, which names the known ones, for the name of no view.
+void check_view_name(const std::string& name);
+
 /// The view called `name`. `best` looks at a sheet-like mesh along its mean normal (walls at its rim left out), with
 /// the scan's own y up, and at a solid like iso. Throws UsageError for an unknown name.
 View view_of_name(const std::string& name, const TriangleMesh& mesh);

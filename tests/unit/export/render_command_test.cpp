@@ -169,6 +169,7 @@ TEST_F(RenderCommand, ErrorsSayWhatToDo) {
   EXPECT_EQ(message("height"), "render: scan.yaml makes no 'height'; --show knows: labels, regions, scalar, shape");
   EXPECT_EQ(message("shape", {{"--size", {"big"}}}),
             "render: --size big: expected WIDTHxHEIGHT in pixels, at most 8192 each, as in 1200x900");
+  EXPECT_EQ(message("shape", {{"--view", {"top", "up"}}}).find("render: unknown view 'up'; known: front"), 0u);
   EXPECT_EQ(message("shape", {{"--light", {"left"}}}), "render: --light left: expected a number");
 }
 
