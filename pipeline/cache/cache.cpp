@@ -265,8 +265,11 @@ void Cache::remember_key_text(const std::string& configuration, const std::strin
   const std::filesystem::path folder = folder_ / "last" / file_name_for(configuration);
   const std::filesystem::path path = folder / (file_name_for(stage_name) + ".txt");
   if (disk_.read_text(path) == text) return;
-  disk_.create_folders(folder);
-  disk_.write_atomically(path, text);
+  try {
+    disk_.create_folders(folder);
+    disk_.write_atomically(path, text);
+  } catch (const CacheError&) {  // only a reason is lost by it, and a cache that cannot be written still serves
+  }
 }
 
 // ---- Housekeeping

@@ -54,8 +54,11 @@ std::optional<std::string> FileDigests::digest(const std::filesystem::path& path
   if (disk_.identity(path) != identity)
     throw CacheError(path.string() + ": was written while it was read; run again when it is finished");
   if (remember_ && !folder_.empty() && std::max(identity->modified_ns, identity->changed_ns) + kClockStep < began) {
-    disk_.create_folders(folder_);
-    disk_.write_atomically(memory, head + digest);
+    try {
+      disk_.create_folders(folder_);
+      disk_.write_atomically(memory, head + digest);
+    } catch (const CacheError&) {  // a digest that is not remembered is computed again
+    }
   }
   return digest;
 }

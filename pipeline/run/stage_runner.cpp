@@ -212,6 +212,7 @@ void StageRunner::run(std::size_t stage, const Keyed& keyed, const std::string& 
   entry.wall_seconds = measure.wall_seconds();
   entry.cpu_seconds = measure.cpu_seconds();
   entry.peak_bytes = measure.peak_bytes();
+  free_artifacts(stage);  // storing takes no more than the outputs
   bool replaced = false;
   cache_.store(entry, keyed.key.text, outputs, *staging, replaced, execution_.threads);
   if (replaced)
