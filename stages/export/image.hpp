@@ -1,14 +1,12 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string_view>
 #include <vector>
 
-namespace meshmser {
+#include "stages/common/colours.hpp"
 
-/// Red, green, blue.
-using Colour = std::array<std::uint8_t, 3>;
+namespace meshmser {
 
 /// Rows from the top, each from the left, three bytes a pixel.
 struct Image {

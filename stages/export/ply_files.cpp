@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "pipeline/formats/ply.hpp"
-#include "stages/export/colours.hpp"
+#include "stages/common/colours.hpp"
 #include "stages/export/export_files.hpp"
 
 namespace meshmser {

@@ -10,7 +10,7 @@
 #include "pipeline/artifacts/border_set.hpp"
 #include "pipeline/artifacts/triangle_mesh.hpp"
 #include "pipeline/execution/execution.hpp"
-#include "stages/export/colours.hpp"
+#include "stages/common/colours.hpp"
 #include "stages/export/image.hpp"
 #include "stages/export/views.hpp"
 

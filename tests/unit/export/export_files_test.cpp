@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "pipeline/formats/geometry_file.hpp"
-#include "stages/export/colours.hpp"
+#include "stages/common/colours.hpp"
 #include "tests/support/temporary_files.hpp"
 
 namespace meshmser {

@@ -1,4 +1,4 @@
-#include "stages/export/colours.hpp"
+#include "stages/common/colours.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,15 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "pipeline/artifacts/triangle_mesh.hpp"
-#include "stages/export/image.hpp"
 
 namespace meshmser {
+
+/// Red, green, blue.
+using Colour = std::array<std::uint8_t, 3>;
 
 inline constexpr Colour kBackgroundLabelColour = {200, 200, 196};  ///< of label 0
 inline constexpr Colour kUndefinedColour = {120, 120, 120};        ///< of NaN
