@@ -1,0 +1,57 @@
+// What the program put into the page.
+declare const WORKER_TEXT: string;
+
+export type Block = { name: string; coding: string; count: number; stride: number; offset: number; size: number };
+export type Figure = number | "nan" | "inf" | "-inf";
+export type Scalar = {
+  name: string; stage: string; unit: string; noise: Figure; from: number; to: number; low: number; high: number;
+  colours: [number, number, number][];
+};
+export type Row = Record<string, unknown>;
+export type TreeHead = { polarity: string; num_nodes: number; least_area: number; levels: Figure[]; node_of_region: number[] };
+export type Header = {
+  title: string; units: string; origin: number[]; low: number[]; step: number; every_point?: number; cell?: number;
+  summary: Record<string, any>; scalars?: Scalar[]; label_colours?: [number, number, number][];
+  labels?: Row[]; regions?: Row[]; filters?: { filter: string; seen: number; removed: number }[];
+  trees?: TreeHead[]; blocks: Block[];
+} & Record<string, unknown>;
+export type RunStage = {
+  name: string; stage: string; outcome: string; reason?: string; parameters: Record<string, string>;
+  changed?: string[]; wall_seconds: number; cpu_seconds: number; peak_bytes: number;
+  report: { name: string; value: Figure | string; unit?: string }[]; warnings: string[]; files: string[];
+};
+export type Run = { meshmser: string; written: string; config: string; stages: RunStage[] };
+// By name; each block's coding says which kind of array it is.
+export type Arrays = Record<string, any>;
+
+function json<T>(id: string): T | null {
+  const element = document.getElementById(id);
+  return element?.textContent ? (JSON.parse(element.textContent) as T) : null;
+}
+
+export const readHeader = () => json<Header>("header");
+export const readRun = () => json<Run>("run");
+
+/** The arrays by name; decoded in a worker made of text, since a page from disk may not load another file. */
+export function readArrays(header: Header): Promise<Arrays> {
+  const element = document.getElementById("blocks")!;
+  const text = element.textContent ?? "";
+  element.remove(); // the text is large, and not needed again
+  return new Promise((resolve, reject) => {
+    const worker = new Worker(URL.createObjectURL(new Blob([WORKER_TEXT], { type: "text/javascript" })));
+    worker.onmessage = (message) => { resolve(message.data as Arrays); worker.terminate(); };
+    worker.onerror = (error) => reject(new Error(error.message));
+    worker.postMessage({ text, blocks: header.blocks });
+  });
+}
+
+/** `1/unit` with millimetres is `1/mm`. */
+export function unitForPeople(unit: string, units: string): string {
+  return units === "unit" ? unit : unit.replace("unit", units);
+}
+
+export function show(value: unknown): string {
+  if (typeof value !== "number") return value === "inf" ? "∞" : value === "-inf" ? "−∞" : String(value ?? "");
+  if (Number.isInteger(value)) return value.toLocaleString("en-GB").replaceAll(",", "\u2009");
+  return String(Number(value.toPrecision(4))).replace("-", "−");
+}

@@ -1,0 +1,69 @@
+// Verdict, warnings, and what each stage did.
+import type { App } from "./app";
+import { byId, make } from "./dom";
+import { show, unitForPeople } from "./data";
+
+export function makeVerdict(app: App) {
+  const s = app.header.summary, units = app.header.units;
+  const card = (value: string, name: string, doubt = false) => byId("verdict").append(make("div", { class: doubt ? "card doubt" : "card" }, make("b", {}, value), make("span", {}, name)));
+  const figure = (stage: string, name: string) => app.run?.stages.find((t) => t.stage === stage)?.report.find((r) => r.name === name);
+  const advice: string[] = [];
+  if (s.num_points !== undefined) card(show(s.num_points), s.num_raw_points === s.num_points ? "points" : `points of ${show(s.num_raw_points)}`);
+  if (s.spacing !== undefined) card(`${show(s.spacing)} ${units}`, "spacing");
+  const noise = figure("curvature", "noise");
+  if (noise) card(`${show(noise.value)} ${noise.unit ?? ""}`, "noise measured");
+  if (s.num_oriented !== undefined && s.num_points) {
+    const share = (100 * s.num_oriented) / s.num_points;
+    card(`${share >= 99.995 ? "100" : share.toFixed(2)} %`, "points oriented", share < 99);
+    if (share < 99) advice.push("Some points have no normal: they lie alone. Drop outliers in load, or take more neighbours in orient.");
+  }
+  if (s.num_guessed_components > 0) {
+    card(show(s.num_guessed_components), `of ${show(s.num_components)} pieces face a guessed way`, true);
+    advice.push(`Nothing in the scan says which side of ${show(s.num_guessed_points)} points is outside: see orient's viewpoint and flip options if ridges and grooves look exchanged.`);
+  }
+  if (s.num_triangles !== undefined) card(show(s.num_triangles), "triangles");
+  const holes = figure("mesh", "num_border_loops");
+  if (holes) card(show(holes.value), "rims and holes");
+  if (s.num_regions !== undefined) {
+    card(show(s.num_regions), "regions", s.num_regions === 0);
+    card(show(s.num_labels), "labels");
+    if (s.num_regions === 0) {
+      const worst = [...(app.header.filters ?? [])].sort((a, b) => b.removed - a.removed)[0];
+      advice.push(worst?.removed ? `No region is left. Most were removed by ${worst.filter} (${show(worst.removed)} of ${show(worst.seen)}): loosen it.` : "No region was found: look at the scalar and its levels.");
+    }
+  }
+  for (const stage of app.run?.stages ?? []) for (const warning of stage.warnings) advice.push(`${stage.name}: ${warning}`);
+  for (const text of advice) byId("warnings").append(make("p", {}, text));
+}
+
+export function makeStages(app: App): HTMLElement {
+  const element = make("div", { id: "stages" });
+  const { run, header } = app;
+  if (!run) {
+    element.append(make("p", {}, "This page was made outside a run: its stages' figures are not known."));
+  } else {
+    element.append(make("p", { class: "soft" }, `meshmser ${run.meshmser}, ${run.config}, ${run.written}`));
+    const rows = run.stages.map((stage) => make("tr", {},
+      make("td", { class: "text" }, stage.name),
+      make("td", { class: "text" }, stage.outcome + (stage.reason ? `: ${stage.reason}` : "")),
+      make("td", {}, stage.wall_seconds.toFixed(2)), make("td", {}, stage.cpu_seconds.toFixed(2)), make("td", {}, (stage.peak_bytes / 2 ** 20).toFixed(0))));
+    element.append(make("table", {}, make("thead", {}, make("tr", {}, ...["stage", "outcome", "s", "CPU s", "MiB"].map((t, i) => make("th", { class: i < 2 ? "text" : "", scope: "col" }, t)))), make("tbody", {}, ...rows)));
+    for (const stage of run.stages) {
+      const figures = make("dl", {}), parameters = make("dl", {});
+      for (const item of stage.report) figures.append(make("dt", {}, item.name.replaceAll("_", " ")), make("dd", {}, `${show(item.value)} ${item.unit ? unitForPeople(item.unit, header.units) : ""}`));
+      for (const [name, value] of Object.entries(stage.parameters)) {
+        const changed = stage.changed?.includes(name) ?? false;
+        parameters.append(make("dt", {}, name), make("dd", { class: changed ? "changed" : "" }, value + (changed ? " (not the default)" : "")));
+      }
+      element.append(make("details", {}, make("summary", {}, stage.name + (stage.warnings.length ? ` (${stage.warnings.length} warnings)` : "")),
+        make("h2", {}, "Figures"), figures, make("h2", {}, "Parameters"), parameters));
+    }
+  }
+  const filters = header.filters ?? [];
+  if (filters.length) {
+    element.append(make("h2", {}, "Filters, in their order"), make("table", {},
+      make("thead", {}, make("tr", {}, make("th", { class: "text" }, "filter"), make("th", {}, "seen"), make("th", {}, "removed"))),
+      make("tbody", {}, ...filters.map((f) => make("tr", {}, make("td", { class: "text" }, f.filter), make("td", {}, show(f.seen)), make("td", {}, show(f.removed)))))));
+  }
+  return element;
+}

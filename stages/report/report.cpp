@@ -1,0 +1,409 @@
+#include "stages/report/report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/formats/output_file.hpp"
+#include "stages/common/adjacency.hpp"
+#include "stages/common/colours.hpp"
+#include "stages/report/block_writer.hpp"
+#include "stages/report/display_mesh.hpp"
+#include "stages/report/page_template.hpp"
+
+namespace meshmser {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON has no infinities and no NaN: they become text.
+Json number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+Json vector3(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+const char* name_of(Polarity polarity) {
+  return polarity == Polarity::kUpper ? "upper" : "lower";
+}
+
+/// Positions as whole steps from the low corner, 65535 steps along the longest edge of the box.
+struct Quantiser {
+  Eigen::Vector3d low = Eigen::Vector3d::Zero();
+  double step = 1;
+
+  explicit Quantiser(const std::vector<Eigen::Vector3d>& positions) {
+    if (positions.empty()) return;
+    Eigen::Vector3d high = low = positions.front();
+    for (const Eigen::Vector3d& p : positions) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    const double extent = (high - low).maxCoeff();
+    if (extent > 0) step = extent / 65535;
+  }
+  void put(const Eigen::Vector3d& position, std::vector<std::uint16_t>& steps) const {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      steps.push_back(static_cast<std::uint16_t>(std::clamp(std::round((position[k] - low[k]) / step), 0.0, 65535.0)));
+  }
+};
+
+class Page {
+ public:
+  Page(const ReportContents& contents, const ReportOptions& options, std::size_t max_triangles,
+       const Execution& execution)
+      : c_(contents),
+        options_(options),
+        execution_(execution),
+        quantiser_(contents.mesh != nullptr     ? contents.mesh->positions
+                   : contents.points != nullptr ? contents.points->positions
+                                                : std::vector<Eigen::Vector3d>()) {
+    header_["title"] = options.title;
+    header_["units"] = options.units;
+    const Eigen::Vector3d origin = c_.mesh     ? c_.mesh->origin
+                                   : c_.points ? c_.points->origin
+                                               : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    header_["origin"] = vector3(origin);
+    header_["low"] = vector3(quantiser_.low);
+    header_["step"] = quantiser_.step;
+    add_summary();
+    if (c_.points != nullptr) add_points();
+    if (c_.mesh != nullptr && c_.mesh->num_triangles() > 0) {
+      display_ = display_mesh(*c_.mesh, max_triangles, execution_);
+      add_mesh();
+      add_scalars();
+      add_rims();
+      if (c_.segmentation != nullptr) add_segmentation();
+      if (c_.trees != nullptr) add_trees();
+      if (c_.borders != nullptr) add_borders();
+    }
+  }
+
+  std::int64_t num_triangles() const { return static_cast<std::int64_t>(display_.triangles.size()); }
+
+  std::string data() {
+    header_["blocks"] = Json::array();
+    for (const Block& b : writer_.blocks())
+      header_["blocks"].push_back({{"name", b.name},
+                                   {"coding", b.coding},
+                                   {"count", b.count},
+                                   {"stride", b.stride},
+                                   {"offset", b.offset},
+                                   {"size", b.size}});
+    return "<script type=\"application/json\" id=\"header\">" +
+           json_for_html(header_.dump(-1, ' ', false, Json::error_handler_t::replace)) +
+           "</script>\n<script type=\"text/plain\" id=\"blocks\">" + base64(writer_.bytes()) + "</script>\n";
+  }
+
+ private:
+  void add_summary() {
+    Json& summary = header_["summary"] = Json::object();
+    if (c_.points != nullptr) {
+      const PointCloud& p = *c_.points;
+      summary["num_raw_points"] = p.num_raw_points;
+      summary["num_points"] = p.num_points();
+      summary["spacing"] = p.spacing;
+      summary["scans"] = Json::array();
+      for (const Scan& scan : p.scans) summary["scans"].push_back(scan.name);
+    }
+    if (c_.normals != nullptr) {
+      std::int64_t oriented = 0, guessed = 0, guessed_points = 0;
+      for (const std::int32_t component : c_.normals->component_of_point) oriented += component >= 0;
+      for (const NormalComponent& component : c_.normals->components)
+        if (component.source == SignSource::kGuess && !component.flipped_by_user)
+          ++guessed, guessed_points += component.num_points;
+      summary["num_oriented"] = oriented;
+      summary["num_components"] = c_.normals->components.size();
+      summary["num_guessed_components"] = guessed;
+      summary["num_guessed_points"] = guessed_points;
+    }
+    if (c_.mesh != nullptr) {
+      summary["num_vertices"] = c_.mesh->num_vertices();
+      summary["num_triangles"] = c_.mesh->num_triangles();
+    }
+    if (c_.trees != nullptr) {
+      summary["scalar"] = c_.trees->scalar;
+      summary["scalar_unit"] = c_.trees->unit;
+      summary["scalar_noise"] = number(c_.trees->noise);
+    }
+    if (c_.segmentation != nullptr) {
+      summary["num_regions"] = c_.segmentation->regions.size();
+      summary["num_labels"] = c_.segmentation->region_of_label.size() - 1;
+    }
+  }
+
+  void add_points() {
+    const std::size_t n = c_.points->num_points();
+    const std::size_t every = std::max<std::size_t>(1, (n + options_.max_points - 1) / options_.max_points);
+    header_["every_point"] = every;
+    std::vector<std::uint16_t> raw, smoothed;
+    std::vector<std::uint8_t> normals;
+    for (std::size_t i = 0; i < n; i += every) {
+      quantiser_.put(c_.points->positions[i], raw);
+      if (c_.smoothed != nullptr && c_.smoothed->positions.size() == n)
+        quantiser_.put(c_.smoothed->positions[i], smoothed);
+      if (c_.normals != nullptr && c_.normals->normals.size() == n)
+        for (Eigen::Index k = 0; k < 3; ++k)
+          normals.push_back(static_cast<std::uint8_t>(std::lround(c_.normals->normals[i][k] * 127) + 128));
+    }
+    writer_.add("points", raw, 3);
+    if (!smoothed.empty()) writer_.add("smoothed", smoothed, 3);
+    if (!normals.empty()) writer_.add("normals", normals);
+  }
+
+  void add_mesh() {
+    header_["cell"] = display_.cell;
+    std::vector<std::uint16_t> positions;
+    for (const std::int32_t v : display_.vertex_of_display_vertex)
+      quantiser_.put(c_.mesh->positions[static_cast<std::size_t>(v)], positions);
+    writer_.add("positions", positions, 3);
+    std::vector<std::int32_t> corners;
+    for (const auto& t : display_.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    writer_.add_corners("corners", corners);
+  }
+
+  /// The tree's scalar, then others, at display vertices, as 65534 steps over what 99.9 % of the values span; 65535:
+  /// NaN.
+  void add_scalars() {
+    header_["scalars"] = Json::array();
+    if (c_.trees != nullptr) add_scalar(c_.trees->scalar, "tree", c_.trees->unit, c_.trees->noise, c_.trees->values);
+    const std::size_t most = display_.triangles.size() > 500000 ? 3 : 6;
+    for (auto made = c_.scalars.rbegin(); made != c_.scalars.rend(); ++made)
+      for (const ScalarField& field : made->second->fields) {
+        if (header_["scalars"].size() >= most) return;
+        std::vector<double> values(c_.mesh->num_vertices(), std::numeric_limits<double>::quiet_NaN());
+        for (std::size_t v = 0; v < c_.mesh->point_of_vertex.size(); ++v) {
+          const auto point = static_cast<std::size_t>(c_.mesh->point_of_vertex[v]);
+          if (point < field.values.size()) values[v] = field.values[point];
+          if (field.parity == Parity::kOdd && v < c_.mesh->turned_of_vertex.size() && c_.mesh->turned_of_vertex[v] != 0)
+            values[v] = -values[v];
+        }
+        add_scalar(field.name, made->first, field.unit, field.noise, values);
+      }
+  }
+
+  void add_scalar(const std::string& name, const std::string& stage, const std::string& unit, double noise,
+                  const std::vector<double>& values) {
+    const ColourMap map = ColourMap::of_values(values), wide = ColourMap::of_values(values, 0.0005);
+    std::vector<std::uint16_t> steps;
+    for (const std::int32_t v : display_.vertex_of_display_vertex) {
+      const double value = values[static_cast<std::size_t>(v)];
+      const double at = std::clamp((value - wide.low) / (wide.high - wide.low), 0.0, 1.0);
+      steps.push_back(std::isfinite(value) ? static_cast<std::uint16_t>(std::lround(at * 65534))
+                                           : std::uint16_t{65535});
+    }
+    Json scalar{{"name", name},     {"stage", stage},  {"unit", unit},   {"noise", number(noise)},
+                {"from", wide.low}, {"to", wide.high}, {"low", map.low}, {"high", map.high}};
+    constexpr int kStops = 64;
+    for (int i = 0; i <= kStops; ++i) scalar["colours"].push_back(map(map.low + (map.high - map.low) * i / kStops));
+    const std::string block = "scalar" + std::to_string(header_["scalars"].size());
+    header_["scalars"].push_back(std::move(scalar));
+    writer_.add(block, steps);
+  }
+
+  /// The mesh's own border edges.
+  void add_rims() {
+    const std::vector<std::int32_t> twins = twin_half_edges(c_.mesh->triangles, c_.mesh->num_vertices(), execution_);
+    std::vector<std::uint16_t> steps;
+    std::size_t edges = 0;
+    for (std::size_t h = 0; h < twins.size(); ++h)
+      if (twins[h] < 0 && ++edges <= options_.max_border_edges) {
+        put_vertex(h, steps);
+        put_vertex(static_cast<std::size_t>(next_half_edge(static_cast<std::int32_t>(h))), steps);
+      }
+    header_["num_rim_edges"] = edges;
+    writer_.add("rims", steps, 6);
+  }
+
+  void put_vertex(std::size_t half_edge, std::vector<std::uint16_t>& steps) const {
+    const std::int32_t v = c_.mesh->triangles[half_edge / 3][half_edge % 3];
+    quantiser_.put(c_.mesh->positions[static_cast<std::size_t>(v)], steps);
+  }
+
+  template <class Value>
+  std::vector<Value> of_display(const std::vector<Value>& of_triangle) const {
+    std::vector<Value> values;
+    values.reserve(display_.triangles.size());
+    for (const std::int32_t t : display_.triangle_of_display_triangle)
+      values.push_back(of_triangle[static_cast<std::size_t>(t)]);
+    return values;
+  }
+
+  void add_segmentation() {
+    const Segmentation& s = *c_.segmentation;
+    writer_.add("labels", std::span<const std::int32_t>(of_display(s.label_of_triangle)));
+    writer_.add("regions", std::span<const std::int32_t>(of_display(s.region_of_triangle)));
+    header_["label_colours"] = label_colours(*c_.mesh, s.label_of_triangle);
+    std::vector<std::int64_t> triangles(s.region_of_label.size(), 0);
+    for (const std::int32_t label : s.label_of_triangle) ++triangles[static_cast<std::size_t>(label)];
+    header_["labels"] = Json::array();
+    for (std::size_t label = 1; label < s.region_of_label.size(); ++label)
+      header_["labels"].push_back({{"label", label},
+                                   {"region", s.region_of_label[label]},
+                                   {"triangles", triangles[label]},
+                                   {"area", s.area_of_label[label]}});
+    header_["filters"] = Json::array();
+    for (const FilterCount& f : s.filters)
+      header_["filters"].push_back({{"filter", f.filter}, {"seen", f.seen}, {"removed", f.removed}});
+    std::vector<double> level_length(s.regions.size() + 1, 0), hole_length(level_length);
+    if (c_.borders != nullptr)
+      for (std::size_t l = 0; l < c_.borders->regions.num_loops(); ++l) {
+        const auto owner = static_cast<std::size_t>(c_.borders->regions.owner_of_loop[l]);
+        level_length[owner] += c_.borders->regions.level_length_of_loop[l];
+        hole_length[owner] += c_.borders->regions.hole_length_of_loop[l];
+      }
+    header_["regions"] = Json::array();
+    for (std::size_t i = 0; i < s.regions.size(); ++i) {
+      const Region& r = s.regions[i];
+      Json row{{"label", i + 1},
+               {"polarity", name_of(r.polarity)},
+               {"node", r.node},
+               {"parent", r.parent},
+               {"level", r.low_level},
+               {"high_level", r.high_level},
+               {"value", number(r.value)},
+               {"triangles", r.num_triangles},
+               {"area", number(r.area)},
+               {"stability", number(r.stability)},
+               {"persistence", number(r.persistence)},
+               {"contrast", number(r.contrast)}};
+      if (c_.borders != nullptr) {
+        row["border_length"] = level_length[i + 1];
+        row["hole_length"] = hole_length[i + 1];
+      }
+      row["scalar_mean"] = number(r.scalar_mean);
+      row["scalar_min"] = number(r.scalar_min);
+      row["scalar_max"] = number(r.scalar_max);
+      row["scalar_deviation"] = number(r.scalar_deviation);
+      row["centroid"] = vector3(r.centroid + c_.mesh->origin);
+      header_["regions"].push_back(std::move(row));
+    }
+  }
+
+  void add_trees() {
+    header_["trees"] = Json::array();
+    for (const ComponentTree& tree : c_.trees->trees) {
+      const std::size_t n = tree.num_nodes();
+      std::vector<float> area(n);
+      for (std::size_t i = 0; i < n; ++i)
+        area[i] =
+            static_cast<float>(std::ldexp(static_cast<double>(tree.area_of_node[i]), -tree.area_exponent_of_node[i]));
+      float least = 0;
+      if (n > options_.max_nodes) {
+        std::vector<float> sorted = area;
+        std::nth_element(sorted.begin(), sorted.end() - static_cast<std::ptrdiff_t>(options_.max_nodes), sorted.end());
+        least = *(sorted.end() - static_cast<std::ptrdiff_t>(options_.max_nodes));
+      }
+      // A node is at least as large as those in it: who is kept has a kept parent. Numbers stay in postorder.
+      std::vector<std::int32_t> shown_node(n, -1);
+      std::int32_t count = 0;
+      for (std::size_t i = 0; i < n; ++i)
+        if (area[i] >= least) shown_node[i] = count++;
+      std::vector<std::int32_t> parents, hi;
+      std::vector<float> areas;
+      for (std::size_t i = 0; i < n; ++i) {
+        if (area[i] < least) continue;
+        const std::int32_t parent = tree.parent_of_node[i];
+        parents.push_back(parent < 0 ? -1 : shown_node[static_cast<std::size_t>(parent)]);
+        hi.push_back(tree.hi_of_node[i]);
+        areas.push_back(area[i]);
+      }
+      for (std::size_t i = n; i-- > 0;)
+        if (area[i] < least && tree.parent_of_node[i] >= 0)
+          shown_node[i] = shown_node[static_cast<std::size_t>(tree.parent_of_node[i])];
+      std::vector<std::int32_t> of_triangle = of_display(tree.node_of_triangle);
+      for (std::int32_t& node : of_triangle)
+        if (node >= 0) node = shown_node[static_cast<std::size_t>(node)];
+      const std::string name = name_of(tree.polarity);
+      writer_.add(name + "_parent", std::span<const std::int32_t>(parents));
+      writer_.add(name + "_hi", std::span<const std::int32_t>(hi));
+      writer_.add(name + "_area", std::span<const float>(areas));
+      writer_.add(name + "_node", std::span<const std::int32_t>(of_triangle));
+      Json shown{{"polarity", name}, {"num_nodes", n}, {"least_area", least}};
+      const double sign = tree.polarity == Polarity::kUpper ? 1 : -1;
+      for (const double level : tree.levels) shown["levels"].push_back(number(sign * level));
+      shown["node_of_region"] = Json::array();
+      if (c_.segmentation != nullptr)
+        for (const Region& region : c_.segmentation->regions)
+          shown["node_of_region"].push_back(region.polarity == tree.polarity && region.node >= 0
+                                                ? shown_node[static_cast<std::size_t>(region.node)]
+                                                : -1);
+      header_["trees"].push_back(std::move(shown));
+    }
+  }
+
+  void add_borders() {
+    add_loops("region_borders", c_.borders->regions);
+    add_loops("label_borders", c_.borders->labels);
+    const BorderCurves& curves = c_.borders->interpolated;
+    if (curves.points.empty() || curves.points.size() > options_.max_border_edges) return;
+    std::vector<std::uint16_t> steps;
+    for (const Eigen::Vector3d& p : curves.points) quantiser_.put(p, steps);
+    add_curves("interpolated", steps, curves.first_point_of_curve, c_.borders->regions.owner_of_loop, curves.kinds);
+  }
+
+  void add_loops(const std::string& name, const BorderLoops& loops) {
+    header_["num_" + name] = loops.half_edges.size();
+    if (loops.half_edges.size() > options_.max_border_edges) return;
+    std::vector<std::uint16_t> steps;
+    for (const std::int32_t h : loops.half_edges) put_vertex(static_cast<std::size_t>(h), steps);
+    add_curves(name, steps, loops.first_edge_of_loop, loops.owner_of_loop, loops.kinds);
+  }
+
+  void add_curves(const std::string& name, const std::vector<std::uint16_t>& steps,
+                  const std::vector<std::int64_t>& first, const std::vector<std::int32_t>& owners,
+                  const std::vector<EdgeKind>& kinds) {
+    std::vector<std::uint8_t> holes;
+    for (const EdgeKind kind : kinds) holes.push_back(kind == EdgeKind::kHole ? 1 : 0);
+    writer_.add(name, steps, 3);
+    writer_.add(name + "_first", std::vector<std::int32_t>(first.begin(), first.end()));
+    writer_.add(name + "_owner", std::span<const std::int32_t>(owners));
+    writer_.add(name + "_hole", holes);
+  }
+
+  const ReportContents& c_;
+  const ReportOptions& options_;
+  const Execution& execution_;
+  Quantiser quantiser_;
+  DisplayMesh display_;
+  Json header_;
+  BlockWriter writer_;
+};
+
+}  // namespace
+
+std::string json_for_html(std::string text) {
+  std::string safe;
+  safe.reserve(text.size());
+  for (const char c : text)
+    if (c == '<')
+      safe += "\\u003c";
+    else
+      safe += c;
+  return safe;
+}
+
+ReportSummary write_report(const std::filesystem::path& path, const ReportContents& contents,
+                           const ReportOptions& options, const Execution& execution) {
+  if (contents.points == nullptr && contents.mesh == nullptr)
+    throw StageError("nothing to show: no earlier stage made points or a mesh");
+  ReportSummary summary;
+  std::string data;
+  for (std::size_t most = options.max_triangles;; most = most * 2 / 3) {
+    execution.report("write page", 0, 0);
+    Page page(contents, options, most, execution);
+    data = page.data();
+    summary.num_triangles = page.num_triangles();
+    if (data.size() + page_template().size() <= options.max_bytes || most < 50000) break;
+  }
+  OutputFile file(path);
+  file.text(page_template());
+  file.text(data);
+  file.finish();
+  summary.num_bytes = static_cast<std::int64_t>(data.size() + page_template().size());
+  return summary;
+}
+
+}  // namespace meshmser
