@@ -68,6 +68,10 @@ std::string run_report(const Configuration& configuration, const RunResult& resu
     stage["parameters"] = Json::object();
     for (const Parameter& parameter : entry.definition->parameters)
       stage["parameters"][parameter.name] = parameter.format(entry.parameters.get());
+    stage["changed"] = Json::array();  // parameters that are not what they are by default
+    for (const Parameter& parameter : entry.definition->parameters)
+      if (parameter.format(entry.parameters.get()) != parameter.default_text)
+        stage["changed"].push_back(parameter.name);
     stage["wall_seconds"] = record.wall_seconds;
     stage["cpu_seconds"] = record.cpu_seconds;
     stage["peak_bytes"] = record.peak_bytes;

@@ -43,6 +43,21 @@ std::vector<std::filesystem::path> publish(StageRunner& stages, std::size_t stag
   return files;
 }
 
+// A page tells of the whole run, which no stage knows: the run report goes behind it as the JSON of a script element.
+// `<` is escaped, so that no name of a file can end that element.
+void add_run_report(const std::filesystem::path& page, const std::string& report, FileSystem& disk,
+                    FilePublisher& publisher, const std::filesystem::path& out) {
+  std::string text = disk.read_text(page).value_or("");
+  text += "<script type=\"application/json\" id=\"run\">";
+  for (const char c : report)
+    if (c == '<')
+      text += "\\u003c";
+    else
+      text += c;
+  text += "</script>\n";
+  publisher.write(page.lexically_relative(out).string(), text);
+}
+
 }  // namespace
 
 std::size_t stage_index(const Configuration& configuration, const std::string& name, const char* option) {
@@ -124,8 +139,13 @@ RunResult run(const Configuration& configuration, const RunOptions& options, con
     observer.note("interrupted; in the cache: " + (cached.empty() ? "nothing yet" : cached));
     throw;
   }
-  if (options.only.empty())
-    publisher.write("run.json", run_report(configuration, result, stages.digest_of_file(), execution));
+  if (options.only.empty()) {
+    const std::string report = run_report(configuration, result, stages.digest_of_file(), execution);
+    for (const StageRecord& stage : result.stages)
+      for (const std::filesystem::path& file : stage.files)
+        if (file.extension() == ".html") add_run_report(file, report, cache.disk(), publisher, result.out);
+    publisher.write("run.json", report);
+  }
   return result;
 }
 

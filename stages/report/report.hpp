@@ -21,7 +21,7 @@ struct ReportContents {
   const PointCloud* points = nullptr;
   const PointNormals* normals = nullptr;
   const SmoothedPoints* smoothed = nullptr;
-  std::vector<std::pair<std::string, const ScalarFields*>> scalars;  ///< with the stage that made them
+  std::vector<std::pair<std::string, const ScalarFields*>> scalars{};  ///< with the stage that made them
   const TriangleMesh* mesh = nullptr;
   const LevelSetTrees* trees = nullptr;
   const Segmentation* segmentation = nullptr;
@@ -29,7 +29,7 @@ struct ReportContents {
 };
 
 struct ReportOptions {
-  std::string title;
+  std::string title{};
   std::string units = "unit";              ///< of the coordinates
   std::size_t max_triangles = 1000000;     ///< drawn; more are simplified for display
   std::size_t max_points = 150000;         ///< drawn; of more, every n-th

@@ -95,8 +95,8 @@ TEST(Stages, EveryConfigurationOfTheFolderIsValid) {
 TEST(Stages, TheyComeInTheOrderOfTheirPorts) {
   std::vector<std::string> names;
   for (const StageDefinition* stage : stages_in_order()) names.emplace_back(stage->info.name);
-  const std::vector<std::string> expected = {"load", "orient", "curvature", "mesh",
-                                             "tree", "mser",   "borders",   "export"};
+  const std::vector<std::string> expected = {"load", "orient",  "curvature", "mesh",  "tree",
+                                             "mser", "borders", "export",    "report"};
   EXPECT_EQ(names, expected);
 }
 

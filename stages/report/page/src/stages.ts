@@ -19,7 +19,7 @@ export function makeVerdict(app: App) {
   }
   if (s.num_guessed_components > 0) {
     card(show(s.num_guessed_components), `of ${show(s.num_components)} pieces face a guessed way`, true);
-    advice.push(`Nothing in the scan says which side of ${show(s.num_guessed_points)} points is outside: see orient's viewpoint and flip options if ridges and grooves look exchanged.`);
+    if (!app.run) advice.push(`Nothing in the scan says which side of ${show(s.num_guessed_points)} points is outside: see orient's viewpoint and flip options if ridges and grooves look exchanged.`);
   }
   if (s.num_triangles !== undefined) card(show(s.num_triangles), "triangles");
   const holes = figure("mesh", "num_border_loops");
