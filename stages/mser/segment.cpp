@@ -9,6 +9,7 @@
 #include "stages/mser/describe_regions.hpp"
 #include "stages/mser/grow.hpp"
 #include "stages/mser/label_triangles.hpp"
+#include "stages/mser/level_lines.hpp"
 #include "stages/mser/merge.hpp"
 #include "stages/mser/patches.hpp"
 #include "stages/mser/persistence.hpp"
@@ -73,25 +74,35 @@ std::vector<std::int32_t> leaves_of(const Maxima& maxima) {
   return leaves;
 }
 
-std::vector<TreeSelection> select_in_trees(const SurfaceView& surface, const LevelSetTrees& level_sets,
-                                           const SegmentParameters& parameters, std::vector<FilterCount>& counts) {
-  std::vector<TreeSelection> selections(level_sets.trees.size());
+bool selects_by_maxima(const SegmentParameters& parameters) {
+  return parameters.select == Select::kPersistence || parameters.select == Select::kStableBranch;
+}
+
+std::vector<std::int32_t> select_nodes(const SegmentInputs& inputs, const ComponentTree& tree,
+                                       const TreeSelection& known, const SegmentParameters& parameters) {
+  if (selects_by_maxima(parameters)) return leaves_of(known.maxima);
+  const std::vector<std::uint8_t> open = open_roots(tree, inputs.surface.twins, inputs.level_sets.excluded_of_triangle);
+  if (parameters.select == Select::kLevel) return select_level(tree, parameters.level, open);
+  if (parameters.select == Select::kMser)
+    return select_mser(tree, known.changes, {parameters.delta, parameters.against}, open);
+  return select_length(tree, level_line_lengths(inputs.surface, tree), parameters.min_length, open);
+}
+
+std::vector<TreeSelection> select_in_trees(const SegmentInputs& inputs, const SegmentParameters& parameters,
+                                           std::vector<FilterCount>& counts) {
+  const std::vector<ComponentTree>& trees = inputs.level_sets.trees;
+  std::vector<TreeSelection> selections(trees.size());
   const Significance significance{parameters.min_persistence, parameters.min_area};
   for (std::size_t i = 0; i < selections.size(); ++i) {
-    const ComponentTree& tree = level_sets.trees[i];
-    selections[i].changes = change_of_nodes(tree, parameters.delta);
-    selections[i].maxima = find_maxima(tree);
-    if (parameters.select == Select::kMser)
-      selections[i].selected = select_mser(tree, selections[i].changes, {parameters.delta, parameters.against},
-                                           open_roots(tree, surface.twins, level_sets.excluded_of_triangle));
-    else
-      selections[i].selected = leaves_of(selections[i].maxima);
+    selections[i].changes = change_of_nodes(trees[i], parameters.delta);
+    selections[i].maxima = find_maxima(trees[i]);
+    selections[i].selected = select_nodes(inputs, trees[i], selections[i], parameters);
   }
-  if (parameters.select == Select::kMser) return selections;
+  if (!selects_by_maxima(parameters)) return selections;
   Filtering(selections, counts).apply("significance", [&](std::size_t i, const TreeSelection& of) {
     return parameters.select == Select::kPersistence
-               ? select_persistence(level_sets.trees[i], of.maxima, significance)
-               : select_stable_branch(level_sets.trees[i], of.maxima, of.changes, significance);
+               ? select_persistence(trees[i], of.maxima, significance)
+               : select_stable_branch(trees[i], of.maxima, of.changes, significance);
   });
   return selections;
 }
@@ -112,7 +123,7 @@ void filter_selections(const SurfaceView& surface, const LevelSetTrees& level_se
                        std::vector<Contrasts>& contrasts, std::vector<FilterCount>& counts) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::vector<ComponentTree>& trees = level_sets.trees;
-  const bool by_maxima = parameters.select != Select::kMser;
+  const bool by_maxima = selects_by_maxima(parameters);
   Filtering filtering(selections, counts);
   if (!by_maxima && parameters.min_area > 0)
     filtering.apply("min_area", [&](std::size_t i, const TreeSelection& of) {
@@ -230,7 +241,7 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
 
   Segmentation segmentation;
   execution.report("selecting regions", 0, 4);
-  std::vector<TreeSelection> selections = select_in_trees(surface, level_sets, parameters, segmentation.filters);
+  std::vector<TreeSelection> selections = select_in_trees(inputs, parameters, segmentation.filters);
   execution.report("filtering regions", 1, 4);
   std::vector<Contrasts> contrasts(trees.size());
   filter_selections(surface, level_sets, triangle_values, areas, parameters, selections, contrasts,

@@ -15,7 +15,7 @@
 
 namespace meshmser {
 
-enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch };
+enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch, kLength, kLevel };
 enum class Grow : std::uint8_t { kNone, kAbsorb, kWatershed };
 enum class FloodBy : std::uint8_t { kStrength, kFacets, kLikeness };
 enum class Merge : std::uint8_t { kNone, kSaliency, kTurning };
@@ -25,6 +25,9 @@ struct SegmentParameters {
   Select select = Select::kMser;
   std::int32_t delta = 3;  ///< level steps
   Against against = Against::kChildren;
+
+  double min_length = 0;  ///< kLength: of a level line, in coordinate units
+  double level = 0;       ///< kLevel: in units of S
 
   // Filters, in this order. For persistence and stable_branch min_area and min_persistence say which maxima are
   // significant instead.

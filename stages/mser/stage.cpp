@@ -14,8 +14,11 @@ namespace meshmser {
 
 template <>
 struct EnumNames<Select> {
-  static constexpr std::pair<Select, const char*> values[] = {
-      {Select::kMser, "mser"}, {Select::kPersistence, "persistence"}, {Select::kStableBranch, "stable_branch"}};
+  static constexpr std::pair<Select, const char*> values[] = {{Select::kMser, "mser"},
+                                                              {Select::kPersistence, "persistence"},
+                                                              {Select::kStableBranch, "stable_branch"},
+                                                              {Select::kLength, "length"},
+                                                              {Select::kLevel, "level"}};
 };
 template <>
 struct EnumNames<Against> {
@@ -51,6 +54,8 @@ struct MserParameters {
   Select select = Select::kMser;
   std::int32_t delta = 3;
   Against against = Against::kChildren;
+  std::optional<Length> min_length;
+  std::optional<double> level;
   Area min_area = spacings2(60);
   std::optional<Area> max_area;
   std::optional<double> max_variation;
@@ -163,6 +168,8 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
   p.select = given.select;
   p.delta = given.delta;
   p.against = given.against;
+  p.min_length = given.min_length.value_or(Length{}).resolve(scale);
+  p.level = given.level.value_or(0);
   p.min_area = given.min_area.resolve(scale);
   if (given.max_area) p.max_area = given.max_area->resolve(scale);
   if (given.max_variation) p.max_variation = *given.max_variation;
@@ -201,10 +208,14 @@ struct MserStage {
     s.output<Segmentation>("segmentation");
     s.parameter("select", &P::select,
                 "What makes a region: a local minimum of change over levels (mser), the largest part with one "
-                "significant maximum (persistence), or the least change within such a part (stable_branch).");
+                "significant maximum (persistence), the least change within such a part (stable_branch), every level "
+                "line of at least min_length (length), or the parts above or below one level (level).");
     s.parameter("delta", &P::delta, range(1, 1e6), "levels", "Level steps up and down over which change is measured.");
     s.parameter("against", &P::against,
                 "Whether a region must change less than all its children in the tree, or than the largest only.");
+    s.parameter("min_length", &P::min_length, more_than(0), "", "Of a level line, for select: length.");
+    s.parameter("level", &P::level, Range{}, "scalar",
+                "For select: level; the nearest level of the tree below it counts.");
     s.parameter("min_area", &P::min_area, at_least(0), "",
                 "Smaller regions are left out; with persistence and stable_branch smaller parts are not significant.");
     s.parameter("max_area", &P::max_area, more_than(0), "", "Larger regions are left out.");
@@ -255,6 +266,15 @@ struct MserStage {
     for (const std::string& stage : available)
       if (stage == p.strength.substr(0, dot)) wanted.push_back(stage);
     return wanted;
+  }
+
+  static std::vector<ParameterProblem> check(const Parameters& p) {
+    std::vector<ParameterProblem> problems;
+    if (p.select == Select::kLength && !p.min_length)
+      problems.emplace_back("min_length", "select: length needs min_length, as 20 mm or 200 spacing");
+    if (p.select == Select::kLevel && !p.level)
+      problems.emplace_back("level", "select: level needs level, a value of the scalar");
+    return problems;
   }
 
   static Outputs run(const Parameters& parameters, const Inputs& inputs, RunContext& context) {

@@ -1,0 +1,57 @@
+#include "stages/mser/level_lines.hpp"
+
+#include <algorithm>
+
+namespace meshmser {
+namespace {
+
+bool may_be_selected(const ComponentTree& tree, std::size_t node, std::span<const std::uint8_t> open_root_of_node) {
+  return tree.parent_of_node[node] >= 0 || (!open_root_of_node.empty() && open_root_of_node[node] != 0);
+}
+
+}  // namespace
+
+std::vector<double> level_line_lengths(const SurfaceView& surface, const ComponentTree& tree) {
+  std::vector<double> lengths(tree.num_nodes(), 0);
+  for (std::size_t h = 0; h < surface.twins.size(); ++h) {
+    if (surface.twins[h] < 0) continue;
+    const std::int32_t node = tree.node_of_triangle[h / 3];
+    const std::int32_t end = tree.node_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
+    if (node < 0 || node == end) continue;
+    if (end >= 0 && tree.hi_of_node[static_cast<std::size_t>(node)] < tree.hi_of_node[static_cast<std::size_t>(end)])
+      continue;
+    const auto& corners = surface.triangles[h / 3];
+    const double length = (surface.positions[static_cast<std::size_t>(corners[h % 3])] -
+                           surface.positions[static_cast<std::size_t>(corners[(h + 1) % 3])])
+                              .norm();
+    // Of two neighbours the one of higher level lies in a descendant of the other's node: every node in between ends
+    // here.
+    for (std::int32_t n = node; n >= 0 && n != end; n = tree.parent_of_node[static_cast<std::size_t>(n)])
+      lengths[static_cast<std::size_t>(n)] += length;
+  }
+  return lengths;
+}
+
+std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<const double> length_of_node, double least,
+                                        std::span<const std::uint8_t> open_root_of_node) {
+  std::vector<std::int32_t> selected;
+  for (std::size_t n = 0; n < tree.num_nodes(); ++n)
+    if (may_be_selected(tree, n, open_root_of_node) && length_of_node[n] >= least)
+      selected.push_back(static_cast<std::int32_t>(n));
+  return selected;
+}
+
+std::vector<std::int32_t> select_level(const ComponentTree& tree, double value,
+                                       std::span<const std::uint8_t> open_root_of_node) {
+  const double signed_value = tree.polarity == Polarity::kUpper ? value : -value;
+  const auto level = static_cast<std::int32_t>(std::upper_bound(tree.levels.begin(), tree.levels.end(), signed_value) -
+                                               tree.levels.begin());
+  std::vector<std::int32_t> selected;
+  for (std::size_t n = 0; n < tree.num_nodes(); ++n)
+    if (may_be_selected(tree, n, open_root_of_node) && tree.lo(static_cast<std::int32_t>(n)) <= level &&
+        level <= tree.hi_of_node[n])
+      selected.push_back(static_cast<std::int32_t>(n));
+  return selected;
+}
+
+}  // namespace meshmser

@@ -1,0 +1,27 @@
+#pragma once
+/// Level lines as regions' borders, and selections by them.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pipeline/artifacts/level_set_trees.hpp"
+#include "stages/common/surface.hpp"
+
+namespace meshmser {
+
+/// The length of the level part of each node's border (#N), in coordinate units. Linear in the mesh and the sum of all
+/// borders.
+std::vector<double> level_line_lengths(const SurfaceView& surface, const ComponentTree& tree);
+
+/// The nodes whose level line is at least `least` long, ascending; roots only where marked in `open_root_of_node` (see
+/// open_roots). Digne et al. 2010, figure 7 b, c.
+std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<const double> length_of_node, double least,
+                                        std::span<const std::uint8_t> open_root_of_node = {});
+
+/// The components of the level set of one level: the greatest that is at most `value` (of S, not of -S); ascending;
+/// roots as for select_length. None where `value` lies below every level.
+std::vector<std::int32_t> select_level(const ComponentTree& tree, double value,
+                                       std::span<const std::uint8_t> open_root_of_node = {});
+
+}  // namespace meshmser
