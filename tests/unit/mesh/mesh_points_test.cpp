@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
+#include <memory>
+#include <random>
 
 #include "stages/common/mesh_topology.hpp"
 #include "tests/unit/mesh/scattered_shapes.hpp"
@@ -126,18 +129,40 @@ TEST_P(MeshPoints, RawEdgesAreBoundedToo) {
   EXPECT_EQ(std::count(made.mesh.point_of_vertex.begin(), made.mesh.point_of_vertex.end(), 210), 0);
 }
 
+/// The surface of a cube of points at whole numbers: nothing but ties.
+ScatteredShape cube_of_ties(int side) {
+  ScatteredShape shape;
+  for (int x = 0; x <= side; ++x)
+    for (int y = 0; y <= side; ++y)
+      for (int z = 0; z <= side; ++z) {
+        const auto out = [&](int i) { return i == 0 ? -1.0 : i == side ? 1.0 : 0.0; };
+        const Vector3d normal(out(x), out(y), out(z));
+        if (!normal.isZero(0)) shape.add(Vector3d(x, y, z), normal.normalized());
+      }
+  return shape.finish();
+}
+
+/// Leaves the heap full of gaps of many sizes, freed in random order: whatever is allocated next lies anywhere.
+std::vector<std::unique_ptr<char[]>> scattered_heap(std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::vector<std::unique_ptr<char[]>> kept, freed;
+  for (int i = 0; i < 60000; ++i) (i % 2 ? kept : freed).push_back(std::make_unique<char[]>(16 + random() % 400));
+  std::shuffle(freed.begin(), freed.end(), random);
+  for (auto& block : freed) block.reset();
+  return kept;
+}
+
 TEST_P(MeshPoints, SameBytesAgainAndWithOtherThreads) {
-  const ScatteredShape shape = scattered_torus(15, 6);
-  const MeshedPoints first = mesh(shape);
-  std::vector<std::unique_ptr<char[]>> disturbance;  // other addresses for whatever is allocated next
-  for (std::size_t i = 1; i < 3000; ++i) disturbance.push_back(std::make_unique<char[]>(i % 700 + 1));
-  for (std::size_t i = 0; i < disturbance.size(); i += 2) disturbance[i].reset();
-  for (const int threads : {1, 2, 7}) {
-    Execution execution;
-    execution.threads = threads;
-    const MeshedPoints again = mesh_points(shape.cloud, shape.normals, nullptr, {GetParam(), 5}, execution);
-    EXPECT_EQ(again.mesh.triangles, first.mesh.triangles);
-    EXPECT_EQ(again.mesh.point_of_vertex, first.mesh.point_of_vertex);
+  for (const ScatteredShape& shape : {scattered_torus(15, 6), cube_of_ties(14)}) {
+    const MeshedPoints first = mesh(shape);
+    for (const int threads : {1, 2, 7}) {
+      const auto disturbance = scattered_heap(static_cast<std::uint32_t>(threads));
+      Execution execution;
+      execution.threads = threads;
+      const MeshedPoints again = mesh_points(shape.cloud, shape.normals, nullptr, {GetParam(), 5}, execution);
+      EXPECT_TRUE(again.mesh.triangles == first.mesh.triangles);
+      EXPECT_EQ(again.mesh.point_of_vertex, first.mesh.point_of_vertex);
+    }
   }
 }
 
