@@ -12,6 +12,7 @@
 #include "stages/borders/borders.hpp"
 #include "stages/common/adjacency.hpp"
 #include "stages/common/exact_area.hpp"
+#include "stages/mser/filters.hpp"
 #include "stages/mser/label_triangles.hpp"
 #include "stages/mser/patches.hpp"
 #include "stages/mser/persistence.hpp"
@@ -192,6 +193,19 @@ TEST_P(AgainstOracle, EverythingIsEqual) {
       const std::set<Triangles> expected = oracle::selection(surface, nodes, q, against == Against::kMainChild);
       ASSERT_EQ(chosen_sets(sets[side], selected[side]), expected);
       regions[side].assign(expected.begin(), expected.end());
+
+      std::map<Triangles, oracle::Ratio> q_of_selected;
+      for (const std::int32_t node : selected[side]) {
+        const auto n = static_cast<std::size_t>(node);
+        q_of_selected[sets[side][n]] = q[match[n]];
+      }
+      for (const double share : {0.1, 0.4, 0.9}) {
+        EXPECT_EQ(chosen_sets(sets[side], filter_diversity(tree, changes, selected[side], share)),
+                  oracle::diverse(surface, q_of_selected, share))
+            << share;
+      }
+      EXPECT_EQ(chosen_sets(sets[side], filter_nested(tree, changes, selected[side], Nested::kMostStable)),
+                oracle::most_stable(surface, q_of_selected));
 
       const std::vector<double> heights = finite_levels(tree.levels);
       const Maxima maxima = find_maxima(tree);

@@ -253,6 +253,57 @@ std::set<Triangles> persistent(const Surface& surface, const std::vector<Node>& 
   return chosen;
 }
 
+std::set<Triangles> diverse(const Surface& surface, const std::map<Triangles, Ratio>& selected, double share) {
+  std::vector<Triangles> by_size;
+  std::set<Triangles> left;
+  for (const auto& [set, q] : selected) {
+    by_size.push_back(set);
+    left.insert(set);
+  }
+  std::stable_sort(by_size.begin(), by_size.end(),
+                   [](const Triangles& a, const Triangles& b) { return a.size() < b.size(); });
+  for (const Triangles& outer : by_size) {
+    std::set<Triangles> met;
+    while (left.contains(outer)) {
+      const Triangles* next = nullptr;
+      for (const Triangles& inner : left) {
+        if (inner == outer || !contains(outer, inner) || met.contains(inner)) continue;
+        const bool nearest = std::none_of(left.begin(), left.end(), [&](const Triangles& between) {
+          return between != outer && between != inner && contains(outer, between) && contains(between, inner);
+        });
+        if (!nearest) continue;
+        if (next == nullptr || *inner.begin() < *next->begin() ||
+            (*inner.begin() == *next->begin() && inner.size() > next->size()))
+          next = &inner;
+      }
+      if (next == nullptr) break;
+      const Triangles inner = *next;
+      met.insert(inner);
+      const auto area = static_cast<double>(total_area(surface, outer));
+      if (area - static_cast<double>(total_area(surface, inner)) >= share * area) continue;
+      left.erase(compare(selected.at(inner), selected.at(outer)) < 0 ? outer : inner);
+    }
+  }
+  return left;
+}
+
+std::set<Triangles> most_stable(const Surface& surface, const std::map<Triangles, Ratio>& selected) {
+  std::set<Triangles> left, taken;
+  for (const auto& [set, q] : selected) left.insert(set);
+  while (!left.empty()) {
+    const Triangles best = *std::min_element(left.begin(), left.end(), [&](const Triangles& a, const Triangles& b) {
+      const int order = compare(selected.at(a), selected.at(b));
+      if (order != 0) return order < 0;
+      const std::int64_t area_a = total_area(surface, a), area_b = total_area(surface, b);
+      if (area_a != area_b) return area_a > area_b;
+      return *a.begin() != *b.begin() ? *a.begin() < *b.begin() : a.size() > b.size();
+    });
+    taken.insert(best);
+    std::erase_if(left, [&](const Triangles& set) { return contains(set, best) || contains(best, set); });
+  }
+  return taken;
+}
+
 std::vector<int> region_numbers(const Surface& surface, const std::vector<Triangles>& regions_upper,
                                 const std::vector<Triangles>& regions_lower) {
   std::vector<Triangles> regions = regions_upper;

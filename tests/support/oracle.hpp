@@ -68,6 +68,15 @@ std::set<Triangles> persistent(const Surface& surface, const std::vector<Node>& 
                                const std::vector<double>& heights, double min_persistence, std::int64_t min_area,
                                const std::vector<Ratio>* q);
 
+/// What remains of selected sets (with their q) when of two nested ones of like area, A(outer) - A(inner) <
+/// share A(outer), only that of less q may stay, ties the outer: each set, small ones first, meets those that are left
+/// nearest within it, by smallest triangle, then the larger first.
+std::set<Triangles> diverse(const Surface& surface, const std::map<Triangles, Ratio>& selected, double share);
+
+/// Least q first, ties to the larger area, the smaller triangle, the more triangles; what it holds and what holds it
+/// goes.
+std::set<Triangles> most_stable(const Surface& surface, const std::map<Triangles, Ratio>& selected);
+
 /// The number of each triangle: regions (selected sets) numbered from 1 by decreasing area, smallest triangle, then as
 /// given (upper before lower); a triangle bears the number of the smallest that holds it. Sets of equal area: the
 /// first.
