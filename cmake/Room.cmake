@@ -11,6 +11,8 @@
 # meshmser_test(NAME DIRECTORY [LABELS labels] [LIBRARIES targets])
 #   one GoogleTest program of every *_test.cpp in DIRECTORY.
 
+include(GNUInstallDirs)
+
 add_library(meshmser_flags INTERFACE)
 add_library(meshmser::flags ALIAS meshmser_flags)
 target_compile_features(meshmser_flags INTERFACE cxx_std_20)
@@ -22,10 +24,12 @@ if(MESHMSER_WERROR)
   target_compile_options(meshmser_flags INTERFACE $<BUILD_INTERFACE:-Werror>)
 endif()
 if(MESHMSER_NATIVE)
-  target_compile_options(meshmser_flags INTERFACE $<BUILD_INTERFACE:-march=native>)
+  # Whoever links the rooms too: Eigen's alignment depends on it.
+  target_compile_options(meshmser_flags INTERFACE -march=native)
 endif()
 target_include_directories(meshmser_flags INTERFACE
-  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/meshmser>)
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/meshmser>)
+set_target_properties(meshmser_flags PROPERTIES EXPORT_NAME flags)
 
 set_property(GLOBAL PROPERTY MESHMSER_ROOMS meshmser_flags)
 set_property(GLOBAL PROPERTY MESHMSER_STAGES "")

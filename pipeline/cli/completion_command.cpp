@@ -130,7 +130,8 @@ std::string zsh_completion() {
          "      esac ;;\n"
          "  esac\n"
          "}\n"
-         "compdef _meshmser meshmser\n";
+         // Found through fpath the file itself is the function's body the first time; sourced, it only defines it.
+         "if [ \"$funcstack[1]\" = _meshmser ]; then _meshmser \"$@\"; else compdef _meshmser meshmser; fi\n";
 }
 
 int complete(const CommandArguments& arguments, CommandHost&) {

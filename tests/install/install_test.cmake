@@ -1,0 +1,80 @@
+# Run by ctest; see CMakeLists.txt for what it is given.
+cmake_policy(VERSION 3.25)
+
+# check(WHAT COMMAND...): runs it, fails with its output where it fails, leaves what it prints in `output`.
+function(check what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE printed ERROR_VARIABLE messages)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${result}):\n${printed}\n${messages}")
+  endif()
+  set(output "${printed}" PARENT_SCOPE)
+endfunction()
+
+function(expect_equal what found expected)
+  if(NOT found STREQUAL expected)
+    message(FATAL_ERROR "${what}\nfound:\n${found}\nexpected:\n${expected}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK_FOLDER})
+check("installing" ${CMAKE_COMMAND} --install ${BUILD_FOLDER} --prefix ${WORK_FOLDER}/first)
+# What is installed must not remember where it was put.
+set(prefix ${WORK_FOLDER}/moved)
+file(RENAME ${WORK_FOLDER}/first ${prefix})
+
+foreach(program meshmser meshmser-scan)
+  check("${program} --version" ${prefix}/bin/${program} --version)
+  if(NOT output MATCHES "${VERSION}")
+    message(FATAL_ERROR "${program} --version says '${output}', expected ${VERSION}")
+  endif()
+endforeach()
+check("validating the installed demo" ${prefix}/bin/meshmser validate ${prefix}/share/meshmser/configs/demo.yaml)
+check("bash completion" bash -c "source '${prefix}/share/bash-completion/completions/meshmser'
+COMP_WORDS=(meshmser vali)
+COMP_CWORD=1
+_meshmser
+echo \"\${COMPREPLY[*]}\"")
+expect_equal("completion of 'meshmser vali'" "${output}" "validate\n")
+file(STRINGS ${prefix}/share/zsh/site-functions/_meshmser first_line LIMIT_COUNT 1)
+expect_equal("first line of the zsh completion" "${first_line}" "#compdef meshmser")
+
+file(GLOB package ${prefix}/${LIBRARIES}/cmake/meshmser/*.cmake)
+foreach(file IN LISTS package)
+  file(READ ${file} text)
+  foreach(folder ${SOURCE_FOLDER} ${BUILD_FOLDER} ${WORK_FOLDER})
+    string(FIND "${text}" "${folder}" position)
+    if(NOT position EQUAL -1)
+      message(FATAL_ERROR "${file} names ${folder}")
+    endif()
+  endforeach()
+endforeach()
+
+file(GLOB_RECURSE headers ${prefix}/include/meshmser/*.hpp)
+if(NOT headers)
+  message(FATAL_ERROR "no header below ${prefix}/include/meshmser")
+endif()
+foreach(header IN LISTS headers)
+  file(STRINGS ${header} includes REGEX "^#include \"")
+  foreach(line IN LISTS includes)
+    string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" included "${line}")
+    if(NOT EXISTS ${prefix}/include/meshmser/${included})
+      message(FATAL_ERROR "${header} includes ${included}, which is not installed")
+    endif()
+  endforeach()
+endforeach()
+
+check("configuring the consumer" ${CMAKE_COMMAND} -S ${SOURCE_FOLDER}/docs/example -B ${WORK_FOLDER}/consumer
+      -G ${GENERATOR} -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS}
+      -D CMAKE_BUILD_TYPE=${BUILD_TYPE})
+check("building the consumer" ${CMAKE_COMMAND} --build ${WORK_FOLDER}/consumer)
+check("running the consumer" ${WORK_FOLDER}/consumer/regions_of_steps)
+# By hand: a terrace is the squares of the grid whose four corners stand on it, 10 x 10, 6 x 8 with one side of 8 at the
+# rim, and 4 x 4; levels 2 to 33 are 1/32, 2/32 ... 1, so that 0.5 is level 17.
+expect_equal("what the consumer prints" "${output}" "\
+region 1: area 100, levels 2 to 17
+region 2: area 48, levels 2 to 33
+region 3: area 16, levels 18 to 33
+border of region 1: 40 along a level, 0 along the rim
+border of region 2: 20 along a level, 8 along the rim
+border of region 3: 16 along a level, 0 along the rim
+")
