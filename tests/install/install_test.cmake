@@ -49,12 +49,12 @@ foreach(file IN LISTS package)
   endforeach()
 endforeach()
 
-file(GLOB_RECURSE headers ${prefix}/include/meshmser/*.hpp)
+file(GLOB_RECURSE headers RELATIVE ${prefix}/include/meshmser ${prefix}/include/meshmser/*.hpp)
 if(NOT headers)
   message(FATAL_ERROR "no header below ${prefix}/include/meshmser")
 endif()
 foreach(header IN LISTS headers)
-  file(STRINGS ${header} includes REGEX "^#include \"")
+  file(STRINGS ${prefix}/include/meshmser/${header} includes REGEX "^#include \"")
   foreach(line IN LISTS includes)
     string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" included "${line}")
     if(NOT EXISTS ${prefix}/include/meshmser/${included})
@@ -63,10 +63,15 @@ foreach(header IN LISTS headers)
   endforeach()
 endforeach()
 
-check("configuring the consumer" ${CMAKE_COMMAND} -S ${SOURCE_FOLDER}/docs/example -B ${WORK_FOLDER}/consumer
-      -G ${GENERATOR} -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS}
-      -D CMAKE_BUILD_TYPE=${BUILD_TYPE})
-check("building the consumer" ${CMAKE_COMMAND} --build ${WORK_FOLDER}/consumer)
+# build(NAME SOURCE): the project in SOURCE, against what is installed, in WORK_FOLDER/NAME.
+function(build name source)
+  check("configuring ${name}" ${CMAKE_COMMAND} -S ${source} -B ${WORK_FOLDER}/${name} -G ${GENERATOR}
+        -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS}
+        -D CMAKE_BUILD_TYPE=${BUILD_TYPE})
+  check("building ${name}" ${CMAKE_COMMAND} --build ${WORK_FOLDER}/${name})
+endfunction()
+
+build(consumer ${SOURCE_FOLDER}/docs/example)
 check("running the consumer" ${WORK_FOLDER}/consumer/regions_of_steps)
 # By hand: a terrace is the squares of the grid whose four corners stand on it, 10 x 10, 6 x 8 with one side of 8 at the
 # rim, and 4 x 4; levels 2 to 33 are 1/32, 2/32 ... 1, so that 0.5 is level 17.
@@ -78,3 +83,23 @@ border of region 1: 40 along a level, 0 along the rim
 border of region 2: 20 along a level, 8 along the rim
 border of region 3: 16 along a level, 0 along the rim
 ")
+
+# Every header in one source, every library linked whole: a dependency that the package forgets shows here.
+file(GLOB libraries ${prefix}/${LIBRARIES}/libmeshmser_*.a)
+list(TRANSFORM libraries REPLACE "^.*/libmeshmser_(.*)\\.a$" "meshmser::\\1" OUTPUT_VARIABLE rooms)
+list(TRANSFORM libraries PREPEND "\"")
+list(TRANSFORM libraries APPEND "\"")
+list(JOIN libraries " " libraries)
+list(JOIN rooms " " rooms)
+file(WRITE ${WORK_FOLDER}/whole/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(whole LANGUAGES C CXX)
+find_package(meshmser ${VERSION} EXACT REQUIRED)
+add_executable(whole main.cpp)
+target_link_options(whole PRIVATE -Wl,--whole-archive ${libraries} -Wl,--no-whole-archive)
+target_link_libraries(whole PRIVATE ${rooms})
+")
+list(TRANSFORM headers PREPEND "#include \"")
+list(TRANSFORM headers APPEND "\"\n")
+string(CONCAT includes ${headers})
+file(WRITE ${WORK_FOLDER}/whole/main.cpp "${includes}\nint main() {}\n")
+build(linked ${WORK_FOLDER}/whole)
