@@ -263,29 +263,4 @@ std::vector<std::int32_t> flood_by_likeness(const SurfaceView& surface, std::spa
       [&](std::size_t from, std::size_t to) { label_of[to] = label_of[from]; });
 }
 
-std::vector<std::int32_t> drop_whole_components(const SurfaceView& surface, std::span<const std::int32_t> labels) {
-  std::vector<std::int32_t> kept(labels.begin(), labels.end());
-  std::vector<std::uint8_t> met(labels.size(), 0);
-  std::vector<std::int32_t> component;
-  for (std::size_t first = 0; first < labels.size(); ++first) {
-    if (met[first] != 0) continue;
-    component.assign(1, static_cast<std::int32_t>(first));
-    met[first] = 1;
-    bool uniform = labels[first] != 0;
-    for (std::size_t i = 0; i < component.size(); ++i) {
-      const auto t = static_cast<std::size_t>(component[i]);
-      uniform = uniform && labels[t] == labels[first];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t twin = surface.twins[3 * t + k];
-        if (twin < 0 || met[static_cast<std::size_t>(twin / 3)] != 0) continue;
-        met[static_cast<std::size_t>(twin / 3)] = 1;
-        component.push_back(twin / 3);
-      }
-    }
-    if (uniform)
-      for (const std::int32_t t : component) kept[static_cast<std::size_t>(t)] = 0;
-  }
-  return kept;
-}
-
 }  // namespace meshmser

@@ -44,10 +44,6 @@ std::vector<std::int32_t> flood_by_likeness(const SurfaceView& surface, std::spa
                                             std::span<const double> values, std::span<const double> areas,
                                             std::span<const std::uint8_t> excluded = {});
 
-/// Labels without those patches that cover the whole of their mesh component (edge-connected, without what is
-/// excluded): such a region is the background. O(F).
-std::vector<std::int32_t> drop_whole_components(const SurfaceView& surface, std::span<const std::int32_t> labels);
-
 /// The mean over each triangle's corners of a value at the vertices (#F).
 std::vector<double> triangle_means(const SurfaceView& surface, std::span<const double> values,
                                    const Execution& execution = {});

@@ -12,6 +12,7 @@ struct Patches {
   std::vector<std::int32_t> patch_of_triangle;  ///< #F
   std::vector<std::int32_t> number_of_patch;    ///< #P + 1: what its triangles bear; [0] is 0
   std::vector<double> area_of_patch;            ///< #P + 1: in the unit of `areas`; [0] is 0
+  std::vector<std::uint8_t> is_whole_of_patch;  ///< #P + 1: 1: it borders on no triangle of another number; [0] is 0
 
   std::size_t num_patches() const { return number_of_patch.size() - 1; }
 };
@@ -19,8 +20,13 @@ struct Patches {
 /// Splits the triangles of each number but 0 into edge-connected patches. `twins`: 3 #F twin half-edges, -1 at rims;
 /// `number_of_triangle`: #F, >= 0; `areas`: #F, finite, >= 0. Areas are summed exactly, so that the order depends on
 /// nothing else. O(F), and sorting the patches.
-/// Digne et al. 2010, section 3.2.
+/// Digne et al. 2010, section 3.2. Two passes with a union-find whose roots are the smallest triangles, after Rosenfeld
+/// and Pfaltz, 1966.
 Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::int32_t> number_of_triangle,
                       std::span<const double> areas);
+
+/// Takes away the patches that cover the whole of their mesh component (edge-connected, without what is cut out): such
+/// a patch is background. The others keep their order. O(F) where there is one.
+void drop_whole_components(Patches& patches);
 
 }  // namespace meshmser

@@ -226,7 +226,7 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
     if (!curvature.empty()) bending = triangle_means(surface, curvature, execution);
     labels = merge_by_turning(surface, labels, bending, areas, turning, execution);
   }
-  return drop_whole_components(surface, labels);
+  return labels;
 }
 
 }  // namespace
@@ -269,6 +269,7 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
     const std::vector<std::int32_t> grown =
         grow_and_merge(inputs, patches.patch_of_triangle, areas, parameters, execution);
     Patches final_patches = split_patches(surface.twins, grown, areas);
+    drop_whole_components(final_patches);
     for (std::int32_t& number : final_patches.number_of_patch)
       number = patches.number_of_patch[static_cast<std::size_t>(number)];
     patches = std::move(final_patches);

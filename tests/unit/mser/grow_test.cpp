@@ -112,18 +112,5 @@ TEST(FloodByLikeness, TakesTheStepBetweenTwoMeans) {
   }
 }
 
-TEST(DropWholeComponents, OnlyWhereOneLabelCoversAll) {
-  HeightField field = make_height_field(30, 2);
-  // Two components: cut at x = 10.
-  const auto cut = field.numbers([](const Eigen::Vector3d& p) { return p.x() > 10 && p.x() < 11 ? 1 : 0; });
-  cut_out_triangles(field.twins, std::vector<std::uint8_t>(cut.begin(), cut.end()));
-  const auto labels = field.numbers([](const Eigen::Vector3d& p) {
-    return p.x() < 10 ? 1 : p.x() < 11 ? 0 : p.x() < 20 ? 2 : 3;
-  });
-  EXPECT_EQ(drop_whole_components(field.view(), labels), field.numbers([](const Eigen::Vector3d& p) {
-    return p.x() < 11 ? 0 : p.x() < 20 ? 2 : 3;
-  }));
-}
-
 }  // namespace
 }  // namespace meshmser

@@ -5,6 +5,7 @@
 
 #include "stages/mser/patches.hpp"
 #include "tests/unit/mser/hand_made_tree.hpp"
+#include "tests/unit/mser/height_field.hpp"
 
 namespace meshmser {
 namespace {
@@ -45,6 +46,24 @@ TEST(SplitPatches, NumbersPartsByAreaThenSmallestTriangle) {
   EXPECT_THAT(equal.area_of_patch, ElementsAre(0, 2, 2, 2));
   const Patches differing = split_patches(twins, number, std::vector<double>{1, 1, 3, 1e-300, 9});
   EXPECT_THAT(differing.patch_of_triangle, ElementsAre(2, 2, 1, 3, 0));
+}
+
+TEST(DropWholeComponents, OnlyWhereOneLabelCoversAll) {
+  HeightField field = make_height_field(30, 2);
+  // Two components: cut at x = 10.
+  const auto cut = field.numbers([](const Eigen::Vector3d& p) { return p.x() > 10 && p.x() < 11 ? 1 : 0; });
+  cut_out_triangles(field.twins, std::vector<std::uint8_t>(cut.begin(), cut.end()));
+  Patches patches = split_patches(field.twins, field.numbers([](const Eigen::Vector3d& p) {
+    return p.x() < 10 ? 4 : p.x() < 11 ? 0 : p.x() < 18 ? 2 : 3;
+  }),
+                                  field.areas);
+  EXPECT_THAT(patches.number_of_patch, ElementsAre(0, 3, 4, 2));
+  drop_whole_components(patches);
+  EXPECT_THAT(patches.number_of_patch, ElementsAre(0, 3, 2));
+  EXPECT_THAT(patches.area_of_patch, ElementsAre(0, 24, 14));
+  EXPECT_EQ(patches.patch_of_triangle, field.numbers([](const Eigen::Vector3d& p) {
+    return p.x() < 11 ? 0 : p.x() < 18 ? 2 : 1;
+  }));
 }
 
 }  // namespace
