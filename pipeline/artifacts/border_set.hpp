@@ -8,7 +8,7 @@ namespace meshmser {
 /// A level edge has a triangle outside the region behind it; a hole edge is the mesh's own rim.
 enum class EdgeKind : std::uint8_t { kLevel, kHole };
 
-/// Closed oriented cycles of half-edges, the region on the left (SEMANTICS 10). Loop l has the half-edges
+/// Closed oriented cycles of half-edges, the region on the left (definitions 10). Loop l has the half-edges
 /// first_edge_of_loop[l] .. first_edge_of_loop[l + 1]; it starts at its smallest level half-edge.
 struct BorderLoops {
   std::vector<std::int32_t> owner_of_loop;         ///< #L: region number or label, from 1; ascending

@@ -9,7 +9,7 @@ namespace meshmser {
 /// Upper: components of {S >= h}. Lower: the same of -S.
 enum class Polarity : std::uint8_t { kUpper, kLower };
 
-/// The component tree of a mesh's triangles for one polarity (SEMANTICS 6). Nodes are in topological order, children
+/// The component tree of a mesh's triangles for one polarity (definitions 6). Nodes are in topological order, children
 /// before parents (postorder of the flood), so that the nodes of a subtree, and `triangles` of a subtree, are intervals.
 struct ComponentTree {
   Polarity polarity = Polarity::kUpper;
@@ -45,7 +45,7 @@ struct ComponentTree {
 struct LevelSetTrees {
   std::string scalar;                          ///< its name in the config
   std::string unit;                            ///< of the scalar
-  double noise = std::numeric_limits<double>::quiet_NaN();  ///< sigma_S of SEMANTICS 5; NaN: unknown
+  double noise = std::numeric_limits<double>::quiet_NaN();  ///< sigma_S of definitions 5; NaN: unknown
   std::vector<double> values;                  ///< #V: S after detrending and transform
   std::vector<std::uint8_t> excluded_of_triangle;  ///< #F: 1: left the mesh before anything else
   std::vector<ComponentTree> trees;            ///< one per polarity asked for

@@ -26,11 +26,11 @@ struct Scan {
 /// Why a raw point is not a point of the cloud.
 enum class DropReason : std::uint8_t { kDuplicate, kNonFinite, kCropped, kOutlier };
 
-/// Points in canonical order (SEMANTICS 1): by Morton code, then x, y, z, then scan. Their positions in the arrays are
+/// Points in canonical order (definitions 1): by Morton code, then x, y, z, then scan. Their positions in the arrays are
 /// their ids, whatever the order of the file. A point keeps its raw index: its place in the concatenated input files.
 struct PointCloud {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< was subtracted from every coordinate
-  double spacing = 0;                                ///< h of SEMANTICS 1, in coordinate units; 0 for fewer than 17 points
+  double spacing = 0;                                ///< h of definitions 1, in coordinate units; 0 for fewer than 17 points
   std::vector<Eigen::Vector3d> positions;            ///< #P, minus the origin
   std::vector<std::int64_t> raw_index_of_point;      ///< #P
   std::vector<std::uint32_t> scan_of_point;          ///< #P, index into scans

@@ -5,7 +5,7 @@
 
 namespace meshmser {
 
-/// What decided the sign of a component's normals (SEMANTICS 2), from the most to the least trustworthy.
+/// What decided the sign of a component's normals (definitions 2), from the most to the least trustworthy.
 enum class SignSource : std::uint8_t { kGiven, kScanner, kViewpoint, kEnclosedVolume, kGuess };
 
 /// A connected component of the neighbour graph over which normals were made consistent.

@@ -14,7 +14,7 @@ struct ScalarField {
   std::string name;             ///< `mean_curvature`, `max_abs_curvature`, `crease`, `height` ...
   std::string unit;             ///< in coordinate units: "1/unit", "unit" or ""
   Parity parity = Parity::kEven;
-  double noise = std::numeric_limits<double>::quiet_NaN();  ///< standard deviation, sigma_S of SEMANTICS 5; NaN: unknown
+  double noise = std::numeric_limits<double>::quiet_NaN();  ///< standard deviation, sigma_S of definitions 5; NaN: unknown
   std::vector<double> values;   ///< #P
 
   template <class Self, class Visitor>

@@ -8,12 +8,12 @@
 
 namespace meshmser {
 
-/// A selected node that passed the filters (SEMANTICS 7, 8).
+/// A selected node that passed the filters (definitions 7, 8).
 struct Region {
   Polarity polarity = Polarity::kUpper;
   std::int32_t node = -1;           ///< in the tree of its polarity
   std::int32_t parent = -1;         ///< label of the smallest region of the same polarity that contains it; -1: none
-  std::int32_t low_level = 0;       ///< lo of SEMANTICS 6, from 1
+  std::int32_t low_level = 0;       ///< lo of definitions 6, from 1
   std::int32_t high_level = 0;      ///< hi
   double value = 0;                 ///< h at lo, as a value of S (not of -S)
   std::int64_t num_triangles = 0;
@@ -60,7 +60,7 @@ struct FilterCount {
   }
 };
 
-/// Regions and the labels that come of them (SEMANTICS 9). Region i bears the number i + 1 before splitting and growing.
+/// Regions and the labels that come of them (definitions 9). Region i bears the number i + 1 before splitting and growing.
 struct Segmentation {
   std::vector<Region> regions;                       ///< by decreasing area, then smallest triangle id
   std::vector<std::int32_t> region_of_triangle;      ///< #F: 1 + index of the smallest region that contains it; 0: none

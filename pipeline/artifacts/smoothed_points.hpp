@@ -5,7 +5,7 @@
 
 namespace meshmser {
 
-/// The points of a cloud after some scale-space steps (SEMANTICS 3).
+/// The points of a cloud after some scale-space steps (definitions 3).
 struct SmoothedPoints {
   std::vector<Eigen::Vector3d> positions;  ///< #P, minus the cloud's origin
   double radius = 0;                       ///< of a step, in coordinate units

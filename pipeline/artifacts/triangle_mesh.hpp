@@ -8,11 +8,11 @@
 
 namespace meshmser {
 
-/// An oriented 2-manifold with boundary (SEMANTICS 4). Half-edge 3 t + k runs from corner k to corner (k + 1) % 3 of
+/// An oriented 2-manifold with boundary (definitions 4). Half-edge 3 t + k runs from corner k to corner (k + 1) % 3 of
 /// triangle t.
 struct TriangleMesh {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();        ///< was subtracted from every coordinate
-  double spacing = 0;                                      ///< h of SEMANTICS 1, in coordinate units
+  double spacing = 0;                                      ///< h of definitions 1, in coordinate units
   std::vector<Eigen::Vector3d> positions;                  ///< #V, minus the origin: raw positions
   std::vector<std::array<std::int32_t, 3>> triangles;      ///< #F, counter-clockwise seen from outside
   std::vector<std::int32_t> point_of_vertex;               ///< #V: the cloud's point; several vertices may share one

@@ -8,7 +8,7 @@ namespace meshmser {
 
 /// A scan's own scale, against which relative quantities are resolved.
 struct Scale {
-  double spacing = 0;   ///< h of SEMANTICS 1
+  double spacing = 0;   ///< h of definitions 1
   double diagonal = 0;  ///< of the bounding box
   double area = 0;      ///< of the whole surface, where known
 };
@@ -43,7 +43,7 @@ inline Area spacings2(double value) {
   return {value, Area::Unit::kSpacing2};
 }
 
-/// A difference of the scalar: in its own unit, or in multiples of its noise (SEMANTICS 8).
+/// A difference of the scalar: in its own unit, or in multiples of its noise (definitions 8).
 struct Amount {
   enum class Unit { kScalar, kNoise };
   double value = 0;

@@ -76,7 +76,7 @@ class MortonIndex {
   std::span<const Eigen::Vector3d> positions_;
 };
 
-/// Spacing h of SEMANTICS 1 for points in canonical order: the median, over every (n / 20,000)-th point, of
+/// Spacing h of definitions 1 for points in canonical order: the median, over every (n / 20,000)-th point, of
 /// d16 sqrt(pi / 16.5), d16 the distance to the 16th neighbour. 0 for fewer than 17 points. Same for any number of
 /// threads. About 0.1 s at 2.5 million points.
 double measure_spacing(const MortonIndex& index, std::int64_t num_points, const Execution& execution = {});

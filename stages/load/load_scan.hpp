@@ -1,5 +1,5 @@
 #pragma once
-/// From what the files hold to one cloud in canonical order, or one mesh (SEMANTICS 1 and 4).
+/// From what the files hold to one cloud in canonical order, or one mesh (definitions 1 and 4).
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

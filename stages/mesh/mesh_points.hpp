@@ -41,7 +41,7 @@ struct MeshedPoints {
   MeshReport report;
 };
 
-/// An interpolating mesh of a cloud (SEMANTICS 4): triangles found on the smoothed positions, vertices at the raw ones.
+/// An interpolating mesh of a cloud (definitions 4): triangles found on the smoothed positions, vertices at the raw ones.
 ///
 /// `normals` #P; `smoothed` #P or null (then the raw positions serve). The mesh is an oriented manifold with one fan at
 /// each vertex, gaps wider than max_edge stay open, sides are those of the vote (orient_by_vote). Vertices by point id,

@@ -20,7 +20,7 @@ struct OrientationReport {
   std::int64_t turned_components = 0;  ///< mesh components most of whose normals were turned
 };
 
-/// Turns each edge-connected component of the mesh outside out, and tells which normals had to turn (SEMANTICS 2).
+/// Turns each edge-connected component of the mesh outside out, and tells which normals had to turn (definitions 2).
 ///
 /// `positions` #V (the smoothed ones, where there are), `triangles` an oriented manifold (turned in place), `twins` its
 /// twin half-edges (a turned component's are brought up to date), `point_of_vertex` #V into `normals`. A component

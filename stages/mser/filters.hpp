@@ -1,5 +1,5 @@
 #pragma once
-/// What may remove a selected node again (SEMANTICS 8). Each filter takes the selected nodes of one tree, ascending,
+/// What may remove a selected node again (definitions 8). Each filter takes the selected nodes of one tree, ascending,
 /// and returns those that stay, ascending.
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-/// Growth of label patches over what is not labelled, and the end of patches that are too small (SEMANTICS 9).
+/// Growth of label patches over what is not labelled, and the end of patches that are too small (definitions 9).
 /// Labels are #F numbers >= 0, 0 for background. `twins`: 3 #F twin half-edges, -1 at rims, after cut_out_triangles.
 
 #include <cstdint>

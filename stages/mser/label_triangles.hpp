@@ -1,5 +1,5 @@
 #pragma once
-/// From selected nodes to numbered regions and to a region for each triangle (SEMANTICS 9).
+/// From selected nodes to numbered regions and to a region for each triangle (definitions 9).
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-/// Edge-connected patches of triangles that bear the same number (SEMANTICS 9).
+/// Edge-connected patches of triangles that bear the same number (definitions 9).
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-/// Maxima of a component tree, how long they last, and the selections built on them (SEMANTICS 7).
+/// Maxima of a component tree, how long they last, and the selections built on them (definitions 7).
 
 #include <cstdint>
 #include <span>

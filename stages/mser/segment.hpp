@@ -1,6 +1,6 @@
 #pragma once
 /// From component trees to regions and labels: selection, filters, labels, growth and merging in the order of
-/// SEMANTICS 7 to 9.
+/// definitions 7 to 9.
 
 #include <cstdint>
 #include <limits>

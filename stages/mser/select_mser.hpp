@@ -1,5 +1,5 @@
 #pragma once
-/// Maximally stable nodes of a component tree (SEMANTICS 7).
+/// Maximally stable nodes of a component tree (definitions 7).
 
 #include <cstdint>
 #include <span>

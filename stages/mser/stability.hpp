@@ -1,5 +1,5 @@
 #pragma once
-/// How much a node of a component tree changes over the levels around it (SEMANTICS 7), exactly.
+/// How much a node of a component tree changes over the levels around it (definitions 7), exactly.
 
 #include <compare>
 #include <cstdint>

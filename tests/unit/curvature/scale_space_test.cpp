@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// One step, straight from the definition in SEMANTICS 3: every pair of points is looked at, Eigen finds the plane.
+// One step, straight from the definition in definitions 3: every pair of points is looked at, Eigen finds the plane.
 ScaleSpace literal_scale_space(const std::vector<Vector3d>& points, const std::vector<Vector3d>& normals, double radius,
                                int steps) {
   ScaleSpace result;
