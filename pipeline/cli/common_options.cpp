@@ -7,7 +7,9 @@ CommandOption config_option() {
 }
 
 CommandOption set_option() {
-  return {"--set", "STAGE.KEY=VALUE: gives a parameter another value than the file does", false, true};
+  return {"--set",
+          "STAGE.KEY=VALUE: gives a parameter another value than the file does; paths begin at the file's folder",
+          false, true};
 }
 
 CommandOption cache_option() {
