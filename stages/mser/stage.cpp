@@ -60,7 +60,7 @@ struct MserParameters {
   std::optional<Area> max_area;
   std::optional<double> max_variation;
   AutoOr<Amount> min_persistence;
-  double min_contrast = 0;
+  AutoOr<double> min_contrast;
   Length band = spacings(3);
   Share min_diversity{0.2};
   Nested nested = Nested::kKeep;
@@ -177,7 +177,8 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
     p.min_persistence = resolve(given.min_persistence.value, trees, "min_persistence");
   else
     p.min_persistence = std::isfinite(trees.noise) ? 6 * trees.noise : 0;
-  p.min_contrast = given.min_contrast;
+  p.min_contrast = given.min_contrast.automatic ? (given.select == Select::kMser && std::isfinite(trees.noise) ? 3 : 0)
+                                                : given.min_contrast.value;
   p.band = given.band.resolve(scale);
   p.min_diversity = given.min_diversity.value;
   p.nested = given.nested;
@@ -225,7 +226,8 @@ struct MserStage {
                 "Regions whose highest maximum rises less than this above its surroundings are left out; auto: 6 noise "
                 "where the noise is known, else 0.");
     s.parameter("min_contrast", &P::min_contrast, at_least(0), "noise",
-                "Regions across whose border the scalar steps by less than this are left out.");
+                "Regions across whose border the scalar steps by less than this are left out; auto: 3 for select: mser "
+                "where the noise is known, else 0.");
     s.parameter("band", &P::band, more_than(0), "", "Width on each side of a border over which contrast is measured.");
     s.parameter("min_diversity", &P::min_diversity, range(0, 1), "",
                 "Of two nested regions whose areas differ by less than this share the less stable is left out.");
