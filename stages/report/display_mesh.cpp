@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace meshmser {
 namespace {
@@ -57,6 +58,20 @@ std::vector<std::int32_t> kept_triangles(const std::vector<Triangle>& triangles,
   return kept;
 }
 
+Eigen::Vector3d normal_of(const TriangleMesh& mesh, const Triangle& corners) {
+  const Eigen::Vector3d& a = mesh.positions[static_cast<std::size_t>(corners[0])];
+  return (mesh.positions[static_cast<std::size_t>(corners[1])] - a)
+      .cross(mesh.positions[static_cast<std::size_t>(corners[2])] - a);
+}
+
+/// Whether joining vertices makes a triangle face the other way, which would be drawn as a dark speck.
+bool turned_over(const TriangleMesh& mesh, std::int32_t triangle, const std::vector<std::int32_t>& representative) {
+  const Triangle& full = mesh.triangles[static_cast<std::size_t>(triangle)];
+  Triangle joined;
+  for (std::size_t k = 0; k < 3; ++k) joined[k] = representative[static_cast<std::size_t>(full[k])];
+  return normal_of(mesh, full).dot(normal_of(mesh, joined)) < 0;
+}
+
 }  // namespace
 
 DisplayMesh display_mesh(const TriangleMesh& mesh, std::size_t max_triangles, const Execution& execution) {
@@ -68,13 +83,7 @@ DisplayMesh display_mesh(const TriangleMesh& mesh, std::size_t max_triangles, co
   std::iota(kept.begin(), kept.end(), 0);
   if (mesh.num_triangles() > max_triangles) {
     double area = 0;
-    for (const Triangle& t : mesh.triangles) {
-      const Eigen::Vector3d& a = mesh.positions[static_cast<std::size_t>(t[0])];
-      area += (mesh.positions[static_cast<std::size_t>(t[1])] - a)
-                  .cross(mesh.positions[static_cast<std::size_t>(t[2])] - a)
-                  .norm() /
-              2;
-    }
+    for (const Triangle& t : mesh.triangles) area += normal_of(mesh, t).norm() / 2;
     // A cell of edge c holds about c^2 of the surface and gives two triangles; walls across cells make it fewer.
     display.cell = std::sqrt(2 * area / static_cast<double>(max_triangles)) * 0.8;
     if (!(display.cell > 0)) display.cell = 1;
@@ -99,6 +108,7 @@ DisplayMesh display_mesh(const TriangleMesh& mesh, std::size_t max_triangles, co
       }
       corners[k] = place;
     }
+    if (display.cell > 0 && turned_over(mesh, t, representative)) std::swap(corners[1], corners[2]);
     display.triangles.push_back(corners);
   }
   return display;

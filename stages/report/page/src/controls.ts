@@ -29,7 +29,8 @@ export function makeControls(app: App) {
   for (const name of ["best", "front", "back", "left", "right", "top", "bottom", "iso"])
     views.append(make("button", { click: () => view.goTo(name) }, name));
   views.append(make("button", { id: "png", click: () => savePicture(app) }, "PNG"));
-  byId("controls").append(layers, views, make("fieldset", {}, make("legend", {}, "light"), lightDial(app)));
+  byId("controls").append(views, layers);
+  byId("lightbox").append(lightDial(app));
   view.onDraw = () => drawScale(app);
 }
 

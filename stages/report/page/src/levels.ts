@@ -1,6 +1,6 @@
 // The tree of level sets: components at a level, the chain of nodes above a triangle.
-import uPlot from "uplot";
 import type { App } from "./app";
+import { drawChart } from "./chart";
 import { make } from "./dom";
 import { show, type TreeHead, unitForPeople } from "./data";
 import type { Hit } from "./view";
@@ -94,15 +94,10 @@ export function makeLevels(app: App): HTMLElement {
         levels.push(k); areas.push(link.area); qs.push(Number.isFinite(link.q) ? link.q : null);
         chosen.push(regionOf.has(link.node) ? link.q : null);
       }
-    const dark = document.documentElement.classList.contains("dark"), ink = dark ? "#e9ebef" : "#16181d", grid = dark ? "#3b414b" : "#dde0e5";
-    const width = Math.max(240, element.clientWidth - 20);
-    const axis = (label: string) => ({ label, stroke: ink, grid: { stroke: grid }, ticks: { stroke: grid }, size: 60 });
-    const stepped = uPlot.paths.stepped!({ align: 1 });
-    new uPlot({ width, height: 170, scales: { x: { time: false }, y: { distr: 3 } }, axes: [axis("level"), axis(`area (${units}²)`)],
-      series: [{ label: "level" }, { label: "area", stroke: dark ? "#7ab8ff" : "#0b5cad", width: 2, paths: stepped }] }, [levels, areas], charts);
-    new uPlot({ width, height: 170, scales: { x: { time: false } }, axes: [axis("level"), axis("q")],
-      series: [{ label: "level" }, { label: "q", stroke: dark ? "#ffb454" : "#b35900", width: 2, paths: stepped },
-        { label: "selected", stroke: dark ? "#7ad97a" : "#0a7d5a", width: 4, points: { show: true, size: 9 } }] }, [levels, qs, chosen], charts);
+    const x = { label: "level", values: levels };
+    drawChart(charts, x, `area (${units}²)`, [{ label: "area", values: areas, light: "#0b5cad", dark: "#7ab8ff", stepped: true }], true);
+    drawChart(charts, x, "q", [{ label: "q", values: qs, light: "#b35900", dark: "#ffb454", stepped: true },
+      { label: "selected", values: chosen, light: "#0a7d5a", dark: "#7ad97a", dots: true }]);
     const body = links.map((link, i) => {
       const region = regionOf.get(link.node);
       const before = links[i - 1]?.q ?? Infinity, after = links[i + 1]?.q ?? Infinity;

@@ -1,7 +1,7 @@
 // A cut through the mesh: two clicks, the plane through both along the line of sight; the profile nearest to the eye.
-import uPlot from "uplot";
 import * as THREE from "three";
 import type { App } from "./app";
+import { drawChart } from "./chart";
 import { download, make } from "./dom";
 import { show, unitForPeople } from "./data";
 
@@ -82,15 +82,10 @@ export function makeSection(app: App): HTMLElement {
     const heights = profile.height.filter((h) => h !== null) as number[];
     const range = Math.max(...heights) - Math.min(...heights);
     told.textContent = `Length ${show(profile.along.at(-1))} ${units}, heights over ${show(range)} ${units}.`;
-    const dark = document.documentElement.classList.contains("dark"), ink = dark ? "#e9ebef" : "#16181d", grid = dark ? "#3b414b" : "#dde0e5";
-    const axis = (label: string) => ({ label, stroke: ink, grid: { stroke: grid }, ticks: { stroke: grid }, size: 60 });
-    const width = Math.max(240, element.clientWidth - 20);
-    new uPlot({ width, height: 200, scales: { x: { time: false } }, axes: [axis(`along (${units})`), axis(`height (${units})`)],
-      series: [{ label: "along" }, { label: "height", stroke: dark ? "#7ab8ff" : "#0b5cad", width: 2 }] }, [profile.along, profile.height], charts);
+    const x = { label: `along (${units})`, values: profile.along };
+    drawChart(charts, x, `height (${units})`, [{ label: "height", values: profile.height, light: "#0b5cad", dark: "#7ab8ff" }]);
     const scalar = app.header.scalars?.[Number(app.colouring)] ?? app.header.scalars?.[0];
-    if (!scalar) return;
-    new uPlot({ width, height: 160, scales: { x: { time: false } }, axes: [axis(`along (${units})`), axis(`${scalar.name} ${unitForPeople(scalar.unit, units)}`)],
-      series: [{ label: "along" }, { label: scalar.name, stroke: dark ? "#ffb454" : "#b35900", width: 2 }] }, [profile.along, profile.value], charts);
+    if (scalar) drawChart(charts, x, unitForPeople(scalar.unit, units), [{ label: scalar.name, values: profile.value, light: "#b35900", dark: "#ffb454" }]);
   }
   return element;
 }

@@ -33,7 +33,9 @@ export function makeVerdict(app: App) {
     }
   }
   for (const stage of app.run?.stages ?? []) for (const warning of stage.warnings) advice.push(`${stage.name}: ${warning}`);
-  for (const text of advice) byId("warnings").append(make("p", {}, text));
+  const lines = advice.map((text) => make("p", {}, text)), first = 3;
+  byId("warnings").append(...lines.slice(0, first));
+  if (lines.length > first) byId("warnings").append(make("details", {}, make("summary", {}, `${lines.length - first} more`), ...lines.slice(first)));
 }
 
 export function makeStages(app: App): HTMLElement {
