@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 
 #include "pipeline/formats/digest.hpp"
@@ -55,6 +56,18 @@ std::vector<Line> lines_of(const std::string& text) {
   return lines;
 }
 
+// A value as the key holds it, with the name of the coordinates' unit: "2 unit2" is "2 mm2" to the user.
+std::string with_unit(std::string value, const std::string& units) {
+  constexpr std::string_view kUnit = " unit";
+  for (std::size_t at = value.find(kUnit); at != std::string::npos; at = value.find(kUnit, at + 1)) {
+    const std::size_t end = at + kUnit.size();
+    const bool ends = end == value.size() || !std::isalnum(static_cast<unsigned char>(value[end])) ||
+                      (value[end] == '2' && (end + 1 == value.size() || value[end + 1] == ']'));
+    if (ends) value.replace(at + 1, kUnit.size() - 1, units);
+  }
+  return value;
+}
+
 }  // namespace
 
 std::string build_mode() {
@@ -102,7 +115,9 @@ std::vector<std::string> explain_difference(const std::string& before, const std
   std::multimap<std::pair<std::string, std::string>, std::string> old;
   for (const Line& line : lines_of(before)) old.emplace(std::pair(line.kind, line.name), line.value);
   std::size_t input_index = 0;
+  std::string units = "unit";
   for (const Line& line : lines_of(now)) {
+    if (line.kind == "name" && line.name == "units") units = line.value;
     const KeyInput* input = line.kind == "input" ? &inputs.at(input_index++) : nullptr;
     const auto found = old.find({line.kind, line.name});
     const bool known = found != old.end();
@@ -117,7 +132,8 @@ std::vector<std::string> explain_difference(const std::string& before, const std
     else if (line.kind == "name")
       reasons.push_back(fmt::format("{} {} -> {}", line.name, value, line.value));
     else if (line.kind == "parameter")
-      reasons.push_back(known ? fmt::format("{}.{} {} -> {}", stage_name, line.name, value, line.value)
+      reasons.push_back(known ? fmt::format("{}.{} {} -> {}", stage_name, line.name, with_unit(value, units),
+                                            with_unit(line.value, units))
                               : fmt::format("{}.{} is new", stage_name, line.name));
     else if (line.kind == "file")
       reasons.push_back(fmt::format("input file {} {}", line.name, known ? "changed" : "is new"));

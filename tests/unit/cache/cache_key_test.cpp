@@ -113,6 +113,9 @@ TEST(CacheKey, TellsDifferences) {
   const std::vector<KeyInput> inputs{{"cloud", "load", false, "point_cloud", "23"}};
   EXPECT_THAT(explain_difference(key(p).text, key(q).text, "fine", {{"cloud", "load", false, "point_cloud", "22"}}),
               ElementsAre("fine.count 12 -> 20", "fine.radius 4 spacing -> 3 spacing"));
+  p.radius = {1.5, Length::Unit::kCoordinate};
+  EXPECT_THAT(explain_difference(key(q).text, key(p).text, "fine", inputs),
+              ElementsAre("fine.count 20 -> 12", "fine.radius 3 spacing -> 1.5 mm"));
   EXPECT_THAT(explain_difference(key(p).text, key(p, {{"a.ply", "12"}}, inputs).text, "fine", inputs),
               ElementsAre("input file a.ply changed", "input cloud of stage load changed"));
   EXPECT_THAT(explain_difference(key(p).text, key(p).text, "fine", {{"cloud", "load", false, "point_cloud", "22"}}),

@@ -29,7 +29,7 @@ class MemorySource : public StoredFileSource {
   void read(const std::string& name, std::uint64_t offset, std::span<std::byte> to) override {
     const std::string& text = files.at(name);
     ASSERT_LE(offset + to.size(), text.size());
-    std::memcpy(to.data(), text.data() + offset, to.size());
+    std::copy_n(text.data() + offset, to.size(), reinterpret_cast<char*>(to.data()));
   }
   void check(const std::string& name, std::span<const std::byte> header, std::span<const std::byte> content) override {
     EXPECT_EQ(header.size() + content.size(), files.at(name).size()) << name;
