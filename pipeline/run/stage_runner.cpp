@@ -109,6 +109,20 @@ std::string StageRunner::reason_of_miss(std::size_t stage, const Keyed& keyed) {
   return joined(differences);
 }
 
+std::vector<std::string> StageRunner::own_differences(std::size_t stage) const {
+  const StageEntry& entry = configuration_.stages[stage];
+  const auto last = cache_.last_key_text(configuration_name(configuration_), entry.name);
+  if (!last) return {};
+  const CacheKey now =
+      make_cache_key(*entry.definition, entry.parameters.get(), entry.name, configuration_.units, {}, {});
+  std::vector<std::string> reasons = explain_difference(*last, now.text, entry.name, {});
+  // The key was made without files and inputs.
+  std::erase_if(reasons, [](const std::string& reason) {
+    return reason.ends_with(" is gone") && (reason.starts_with("input ") || reason.starts_with("file "));
+  });
+  return reasons;
+}
+
 std::optional<std::string> StageRunner::reason_to_run(std::size_t stage, const Keyed& keyed,
                                                       std::optional<Entry>& found) {
   if (forced_[stage] && !states_[stage].ran) return "forced";
@@ -294,7 +308,9 @@ void StageRunner::judge(const std::vector<std::size_t>& stages) {
       state.record.reason = "forced";
     } else if (!open.empty()) {
       state.record.outcome = StageOutcome::kMayRun;
-      state.record.reason = joined(open);
+      std::vector<std::string> reasons = own_differences(stage);
+      reasons.insert(reasons.end(), open.begin(), open.end());
+      state.record.reason = joined(reasons);
     } else {
       const Keyed keyed = key_of(stage);
       state.record.key = keyed.key.digest;

@@ -68,6 +68,8 @@ class StageRunner {
   /// The key, where all inputs are settled.
   Keyed key_of(std::size_t stage);
   std::optional<std::string> reason_to_run(std::size_t stage, const Keyed& keyed, std::optional<Entry>& found);
+  /// What changed since last time beside files and inputs.
+  std::vector<std::string> own_differences(std::size_t stage) const;
   std::string reason_of_miss(std::size_t stage, const Keyed& keyed);
   void settle_one(std::size_t stage);
   void take(std::size_t stage, Entry entry);

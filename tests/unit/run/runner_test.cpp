@@ -211,6 +211,10 @@ TEST_F(Runner, DryRunTellsAndWritesNothing) {
   EXPECT_THAT(
       told(go({"sum.factor=2"}, {.dry_run = true})),
       ElementsAre("numbers", "shift", "sum: sum.factor 1 -> 2", "write: input scalars of stage sum may change"));
+  EXPECT_THAT(told(go({"shift.amount=2", "sum.factor=2"}, {.dry_run = true})),
+              ElementsAre("numbers", "shift: shift.amount 0.1 -> 2",
+                          "sum: sum.factor 1 -> 2; input smoothed of stage shift may change",
+                          "write: input scalars of stage sum may change"));
   damage("manifest.json");
   EXPECT_EQ(told(go({}, {.dry_run = true})).front(), "numbers: entry damaged");
 }
