@@ -16,6 +16,10 @@ std::vector<std::int32_t> keep_if(std::span<const std::int32_t> selected, Keep k
   return kept;
 }
 
+void tell_rival(NodeFates* fates, std::int32_t node, std::int32_t rival) {
+  if (fates != nullptr) (*fates)[static_cast<std::size_t>(node)].rival = rival;
+}
+
 std::strong_ordering compare_nodes(const ComponentTree& tree, std::span<const std::int64_t> changes, std::int32_t a,
                                    std::int32_t b) {
   const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
@@ -23,7 +27,7 @@ std::strong_ordering compare_nodes(const ComponentTree& tree, std::span<const st
 }
 
 std::vector<std::int32_t> filter_most_stable(const ComponentTree& tree, std::span<const std::int64_t> changes,
-                                             std::span<const std::int32_t> selected) {
+                                             std::span<const std::int32_t> selected, NodeFates* fates) {
   const std::vector<std::int32_t> smallest = smallest_triangle_of_nodes(tree);
   const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
   std::vector<std::int32_t> order(selected.size());
@@ -39,16 +43,25 @@ std::vector<std::int32_t> filter_most_stable(const ComponentTree& tree, std::spa
     if (less == 0) less = b <=> a;
     return less < 0;
   });
-  std::vector<std::uint8_t> taken(selected.size(), 0), holds_taken(selected.size(), 0);
+  std::vector<std::uint8_t> taken(selected.size(), 0);
+  // One of the taken that each holds, itself included, or -1.
+  std::vector<std::int32_t> holds_taken(selected.size(), -1);
+  const auto node_at = [&](std::int32_t i) { return selected[static_cast<std::size_t>(i)]; };
   for (const std::int32_t i : order) {
-    if (holds_taken[static_cast<std::size_t>(i)] != 0) continue;
+    if (holds_taken[static_cast<std::size_t>(i)] >= 0) {
+      tell_rival(fates, node_at(i), node_at(holds_taken[static_cast<std::size_t>(i)]));
+      continue;
+    }
     std::int32_t above = ancestor[static_cast<std::size_t>(i)];
     while (above >= 0 && taken[static_cast<std::size_t>(above)] == 0) above = ancestor[static_cast<std::size_t>(above)];
-    if (above >= 0) continue;
+    if (above >= 0) {
+      tell_rival(fates, node_at(i), node_at(above));
+      continue;
+    }
     taken[static_cast<std::size_t>(i)] = 1;
-    for (above = i; above >= 0 && holds_taken[static_cast<std::size_t>(above)] == 0;
+    for (above = i; above >= 0 && holds_taken[static_cast<std::size_t>(above)] < 0;
          above = ancestor[static_cast<std::size_t>(above)])
-      holds_taken[static_cast<std::size_t>(above)] = 1;
+      holds_taken[static_cast<std::size_t>(above)] = i;
   }
   std::vector<std::int32_t> kept;
   for (std::size_t i = 0; i < selected.size(); ++i)
@@ -93,7 +106,7 @@ std::vector<std::int32_t> nearest_selected_ancestors(const ComponentTree& tree,
 }
 
 std::vector<std::int32_t> filter_diversity(const ComponentTree& tree, std::span<const std::int64_t> changes,
-                                           std::span<const std::int32_t> selected, double least) {
+                                           std::span<const std::int32_t> selected, double least, NodeFates* fates) {
   if (least <= 0 || selected.empty()) return {selected.begin(), selected.end()};
   const std::vector<std::int32_t> smallest = smallest_triangle_of_nodes(tree);
   const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
@@ -118,10 +131,14 @@ std::vector<std::int32_t> filter_diversity(const ComponentTree& tree, std::span<
       const bool alike = stays[i] != 0 && area - area_of_node(tree, node_at(other)) < least * area;
       if (alike && compare_nodes(tree, changes, node_at(other), node_at(self)) >= 0) {
         stays[static_cast<std::size_t>(other)] = 0;
+        tell_rival(fates, node_at(other), node_at(self));
         for (const std::int32_t next : below[static_cast<std::size_t>(other)]) waiting.push(next);
         continue;
       }
-      if (alike) stays[i] = 0;
+      if (alike) {
+        stays[i] = 0;
+        tell_rival(fates, node_at(self), node_at(other));
+      }
       nearest.push_back(other);
     }
     below[i] = std::move(nearest);
@@ -139,16 +156,22 @@ std::vector<std::int32_t> filter_diversity(const ComponentTree& tree, std::span<
 }
 
 std::vector<std::int32_t> filter_nested(const ComponentTree& tree, std::span<const std::int64_t> changes,
-                                        std::span<const std::int32_t> selected, Nested nested) {
+                                        std::span<const std::int32_t> selected, Nested nested, NodeFates* fates) {
   if (nested == Nested::kKeep) return {selected.begin(), selected.end()};
-  if (nested == Nested::kMostStable) return filter_most_stable(tree, changes, selected);
+  if (nested == Nested::kMostStable) return filter_most_stable(tree, changes, selected, fates);
   const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
-  std::vector<std::uint8_t> holds_other(selected.size(), 0);
-  for (const std::int32_t above : ancestor)
-    if (above >= 0) holds_other[static_cast<std::size_t>(above)] = 1;
+  // For whom each goes: the nearest around it, or the first within it; an index into `selected`, or -1.
+  std::vector<std::int32_t> rival(nested == Nested::kOutermost ? ancestor
+                                                               : std::vector<std::int32_t>(selected.size(), -1));
+  if (nested == Nested::kInnermost)
+    for (std::size_t i = selected.size(); i-- > 0;)
+      if (ancestor[i] >= 0) rival[static_cast<std::size_t>(ancestor[i])] = static_cast<std::int32_t>(i);
   std::vector<std::int32_t> kept;
   for (std::size_t i = 0; i < selected.size(); ++i)
-    if (nested == Nested::kOutermost ? ancestor[i] < 0 : holds_other[i] == 0) kept.push_back(selected[i]);
+    if (rival[i] < 0)
+      kept.push_back(selected[i]);
+    else
+      tell_rival(fates, selected[i], selected[static_cast<std::size_t>(rival[i])]);
   return kept;
 }
 

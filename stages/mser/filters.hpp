@@ -1,12 +1,14 @@
 #pragma once
 /// What may remove a selected node again (definitions 8). Each filter takes the selected nodes of one tree, ascending,
-/// and returns those that stay, ascending.
+/// and returns those that stay, ascending. Where `fates` (#N) are given, those that go have the node for which they
+/// went as their rival.
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "pipeline/artifacts/level_set_trees.hpp"
+#include "stages/mser/node_fate.hpp"
 #include "stages/mser/persistence.hpp"
 
 namespace meshmser {
@@ -36,12 +38,14 @@ std::vector<std::int32_t> filter_persistence(const Maxima& maxima, std::span<con
 /// ancestor. From the leaves up; an ancestor meets the nodes nearest below it by ascending smallest triangle id, and
 /// those below one that has just lost in its place. One of each chain always stays. O(N + F) and sorting.
 std::vector<std::int32_t> filter_diversity(const ComponentTree& tree, std::span<const std::int64_t> changes,
-                                           std::span<const std::int32_t> selected, double least);
+                                           std::span<const std::int32_t> selected, double least,
+                                           NodeFates* fates = nullptr);
 
 /// Thins chains of nested nodes. Most stable: ties of q to the larger area, then the smaller triangle id, then the
 /// larger node. O(N), sorting and a F pass for kMostStable.
 std::vector<std::int32_t> filter_nested(const ComponentTree& tree, std::span<const std::int64_t> changes,
-                                        std::span<const std::int32_t> selected, Nested nested);
+                                        std::span<const std::int32_t> selected, Nested nested,
+                                        NodeFates* fates = nullptr);
 
 /// The nearest selected proper ancestor of each selected node, as an index into `selected` (ascending), or -1. O(N).
 std::vector<std::int32_t> nearest_selected_ancestors(const ComponentTree& tree, std::span<const std::int32_t> selected);

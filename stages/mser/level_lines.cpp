@@ -5,8 +5,20 @@
 namespace meshmser {
 namespace {
 
-bool may_be_selected(const ComponentTree& tree, std::size_t node, std::span<const std::uint8_t> open_root_of_node) {
-  return tree.parent_of_node[node] >= 0 || (!open_root_of_node.empty() && open_root_of_node[node] != 0);
+/// The nodes that `wanted(node)`; roots only where marked.
+template <class Wanted>
+std::vector<std::int32_t> select_if(const ComponentTree& tree, std::span<const std::uint8_t> open_root_of_node,
+                                    NodeFates* fates, NodeFate::Kind otherwise, Wanted wanted) {
+  std::vector<std::int32_t> selected;
+  for (std::size_t n = 0; n < tree.num_nodes(); ++n) {
+    if (tree.parent_of_node[n] < 0 && (open_root_of_node.empty() || open_root_of_node[n] == 0))
+      tell_fate(fates, n, {NodeFate::Kind::kRoot});
+    else if (wanted(n))
+      selected.push_back(static_cast<std::int32_t>(n));
+    else
+      tell_fate(fates, n, {otherwise});
+  }
+  return selected;
 }
 
 }  // namespace
@@ -33,25 +45,19 @@ std::vector<double> level_line_lengths(const SurfaceView& surface, const Compone
 }
 
 std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<const double> length_of_node, double least,
-                                        std::span<const std::uint8_t> open_root_of_node) {
-  std::vector<std::int32_t> selected;
-  for (std::size_t n = 0; n < tree.num_nodes(); ++n)
-    if (may_be_selected(tree, n, open_root_of_node) && length_of_node[n] >= least)
-      selected.push_back(static_cast<std::int32_t>(n));
-  return selected;
+                                        std::span<const std::uint8_t> open_root_of_node, NodeFates* fates) {
+  return select_if(tree, open_root_of_node, fates, NodeFate::Kind::kShortLine,
+                   [&](std::size_t n) { return length_of_node[n] >= least; });
 }
 
 std::vector<std::int32_t> select_level(const ComponentTree& tree, double value,
-                                       std::span<const std::uint8_t> open_root_of_node) {
+                                       std::span<const std::uint8_t> open_root_of_node, NodeFates* fates) {
   const double signed_value = tree.polarity == Polarity::kUpper ? value : -value;
   const auto level = static_cast<std::int32_t>(std::upper_bound(tree.levels.begin(), tree.levels.end(), signed_value) -
                                                tree.levels.begin());
-  std::vector<std::int32_t> selected;
-  for (std::size_t n = 0; n < tree.num_nodes(); ++n)
-    if (may_be_selected(tree, n, open_root_of_node) && tree.lo(static_cast<std::int32_t>(n)) <= level &&
-        level <= tree.hi_of_node[n])
-      selected.push_back(static_cast<std::int32_t>(n));
-  return selected;
+  return select_if(tree, open_root_of_node, fates, NodeFate::Kind::kOtherLevel, [&](std::size_t n) {
+    return tree.lo(static_cast<std::int32_t>(n)) <= level && level <= tree.hi_of_node[n];
+  });
 }
 
 }  // namespace meshmser

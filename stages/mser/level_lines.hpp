@@ -7,6 +7,7 @@
 
 #include "pipeline/artifacts/level_set_trees.hpp"
 #include "stages/common/surface.hpp"
+#include "stages/mser/node_fate.hpp"
 
 namespace meshmser {
 
@@ -15,13 +16,15 @@ namespace meshmser {
 std::vector<double> level_line_lengths(const SurfaceView& surface, const ComponentTree& tree);
 
 /// The nodes whose level line is at least `least` long, ascending; roots only where marked in `open_root_of_node` (see
-/// open_roots). Digne et al. 2010, figure 7 b, c.
+/// open_roots). `fates` (#N), where given, tells why not of every other node. Digne et al. 2010, figure 7 b, c.
 std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<const double> length_of_node, double least,
-                                        std::span<const std::uint8_t> open_root_of_node = {});
+                                        std::span<const std::uint8_t> open_root_of_node = {},
+                                        NodeFates* fates = nullptr);
 
 /// The components of the level set of one level: the greatest that is at most `value` (of S, not of -S); ascending;
-/// roots as for select_length. None where `value` lies below every level.
+/// roots and fates as for select_length. None where `value` lies below every level.
 std::vector<std::int32_t> select_level(const ComponentTree& tree, double value,
-                                       std::span<const std::uint8_t> open_root_of_node = {});
+                                       std::span<const std::uint8_t> open_root_of_node = {},
+                                       NodeFates* fates = nullptr);
 
 }  // namespace meshmser

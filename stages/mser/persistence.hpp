@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/artifacts/level_set_trees.hpp"
+#include "stages/mser/node_fate.hpp"
 
 namespace meshmser {
 
@@ -36,13 +37,14 @@ struct Significance {
 };
 
 /// The largest nodes that hold exactly one significant maximum, ascending; a root that holds one only gives nothing.
-/// O(N).
+/// `fates` (#N), where given, tells why not of every other node. O(N).
 std::vector<std::int32_t> select_persistence(const ComponentTree& tree, const Maxima& maxima,
-                                             const Significance& significance);
+                                             const Significance& significance, NodeFates* fates = nullptr);
 
 /// For each node of select_persistence the node of least q from it up to its maximum, ties to the larger node;
-/// ascending. `changes`: of change_of_nodes. O(N).
+/// ascending. `changes`: of change_of_nodes; `fates` as for select_persistence. O(N).
 std::vector<std::int32_t> select_stable_branch(const ComponentTree& tree, const Maxima& maxima,
-                                               std::span<const std::int64_t> changes, const Significance& significance);
+                                               std::span<const std::int64_t> changes, const Significance& significance,
+                                               NodeFates* fates = nullptr);
 
 }  // namespace meshmser

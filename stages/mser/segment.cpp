@@ -45,8 +45,8 @@ void check(const SegmentInputs& inputs, const SegmentParameters& parameters) {
 /// Applies filters one after the other to the selections of all trees and counts what each removes.
 class Filtering {
  public:
-  Filtering(std::vector<TreeSelection>& selections, std::vector<FilterCount>& counts)
-      : selections_(selections), counts_(counts) {}
+  Filtering(std::vector<TreeSelection>& selections, std::vector<FilterCount>& counts, std::vector<NodeFates>* fates)
+      : selections_(selections), counts_(counts), fates_(fates) {}
 
   /// `filter(tree index, selection)`: the nodes that stay.
   template <class Filter>
@@ -56,16 +56,37 @@ class Filtering {
       std::vector<std::int32_t>& selected = selections_[i].selected;
       count.seen += static_cast<std::int64_t>(selected.size());
       count.removed += static_cast<std::int64_t>(selected.size());
-      selected = filter(i, selections_[i]);
-      count.removed -= static_cast<std::int64_t>(selected.size());
+      std::vector<std::int32_t> kept = filter(i, selections_[i]);
+      count.removed -= static_cast<std::int64_t>(kept.size());
+      tell_removed(i, selected, kept);
+      selected = std::move(kept);
     }
     counts_.push_back(std::move(count));
   }
 
  private:
+  /// Of two ascending lists, those in the first only went by the filter at hand.
+  void tell_removed(std::size_t i, std::span<const std::int32_t> seen, std::span<const std::int32_t> kept) {
+    if (fates_ == nullptr) return;
+    std::vector<std::int32_t> removed;
+    std::set_difference(seen.begin(), seen.end(), kept.begin(), kept.end(), std::back_inserter(removed));
+    for (const std::int32_t node : removed) {
+      NodeFate& fate = (*fates_)[i][static_cast<std::size_t>(node)];
+      if (fate.kind != NodeFate::Kind::kRegion) continue;  // the selection by maxima has told it already
+      fate.kind = NodeFate::Kind::kFiltered;
+      fate.filter = static_cast<std::int32_t>(counts_.size());
+    }
+  }
+
   std::vector<TreeSelection>& selections_;
   std::vector<FilterCount>& counts_;
+  std::vector<NodeFates>* fates_;
 };
+
+/// Those of one tree, where somebody asks.
+NodeFates* fates_of_tree(std::vector<NodeFates>* fates, std::size_t tree) {
+  return fates == nullptr ? nullptr : &(*fates)[tree];
+}
 
 std::vector<std::int32_t> leaves_of(const Maxima& maxima) {
   std::vector<std::int32_t> leaves;
@@ -79,52 +100,44 @@ bool selects_by_maxima(const SegmentParameters& parameters) {
 }
 
 std::vector<std::int32_t> select_nodes(const SegmentInputs& inputs, const ComponentTree& tree,
-                                       const TreeSelection& known, const SegmentParameters& parameters) {
+                                       const TreeSelection& known, const SegmentParameters& parameters,
+                                       NodeFates* fates) {
   if (selects_by_maxima(parameters)) return leaves_of(known.maxima);
   const std::vector<std::uint8_t> open = open_roots(tree, inputs.surface.twins, inputs.level_sets.excluded_of_triangle);
-  if (parameters.select == Select::kLevel) return select_level(tree, parameters.level, open);
+  if (parameters.select == Select::kLevel) return select_level(tree, parameters.level, open, fates);
   if (parameters.select == Select::kMser)
-    return select_mser(tree, known.changes, {parameters.delta, parameters.against}, open);
-  return select_length(tree, level_line_lengths(inputs.surface, tree), parameters.min_length, open);
+    return select_mser(tree, known.changes, {parameters.delta, parameters.against}, open, fates);
+  return select_length(tree, level_line_lengths(inputs.surface, tree), parameters.min_length, open, fates);
 }
 
 std::vector<TreeSelection> select_in_trees(const SegmentInputs& inputs, const SegmentParameters& parameters,
-                                           std::vector<FilterCount>& counts) {
+                                           std::vector<FilterCount>& counts, std::vector<NodeFates>* fates) {
   const std::vector<ComponentTree>& trees = inputs.level_sets.trees;
   std::vector<TreeSelection> selections(trees.size());
   const Significance significance{parameters.min_persistence, parameters.min_area};
   for (std::size_t i = 0; i < selections.size(); ++i) {
     selections[i].changes = change_of_nodes(trees[i], parameters.delta);
     selections[i].maxima = find_maxima(trees[i]);
-    selections[i].selected = select_nodes(inputs, trees[i], selections[i], parameters);
+    selections[i].selected = select_nodes(inputs, trees[i], selections[i], parameters, fates_of_tree(fates, i));
   }
   if (!selects_by_maxima(parameters)) return selections;
-  Filtering(selections, counts).apply("significance", [&](std::size_t i, const TreeSelection& of) {
+  Filtering(selections, counts, fates).apply("significance", [&](std::size_t i, const TreeSelection& of) {
     return parameters.select == Select::kPersistence
-               ? select_persistence(trees[i], of.maxima, significance)
-               : select_stable_branch(trees[i], of.maxima, of.changes, significance);
+               ? select_persistence(trees[i], of.maxima, significance, fates_of_tree(fates, i))
+               : select_stable_branch(trees[i], of.maxima, of.changes, significance, fates_of_tree(fates, i));
   });
   return selections;
 }
 
-/// The contrast of each selected node of a tree, by node ascending, as the tree's polarity counts it.
-struct Contrasts {
-  std::vector<std::int32_t> nodes;
-  std::vector<double> values;
-
-  double of(std::int32_t node) const {
-    return values[static_cast<std::size_t>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin())];
-  }
-};
-
 void filter_selections(const SurfaceView& surface, const LevelSetTrees& level_sets,
                        std::span<const double> triangle_values, std::span<const double> areas,
                        const SegmentParameters& parameters, std::vector<TreeSelection>& selections,
-                       std::vector<Contrasts>& contrasts, std::vector<FilterCount>& counts) {
+                       std::vector<Contrasts>& contrasts, std::vector<FilterCount>& counts,
+                       std::vector<NodeFates>* fates) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::vector<ComponentTree>& trees = level_sets.trees;
   const bool by_maxima = selects_by_maxima(parameters);
-  Filtering filtering(selections, counts);
+  Filtering filtering(selections, counts, fates);
   if (!by_maxima && parameters.min_area > 0)
     filtering.apply("min_area", [&](std::size_t i, const TreeSelection& of) {
       return filter_area(trees[i], of.selected, parameters.min_area, kInfinity);
@@ -161,11 +174,11 @@ void filter_selections(const SurfaceView& surface, const LevelSetTrees& level_se
   }
   if (parameters.min_diversity > 0)
     filtering.apply("min_diversity", [&](std::size_t i, const TreeSelection& of) {
-      return filter_diversity(trees[i], of.changes, of.selected, parameters.min_diversity);
+      return filter_diversity(trees[i], of.changes, of.selected, parameters.min_diversity, fates_of_tree(fates, i));
     });
   if (parameters.nested != Nested::kKeep)
     filtering.apply("nested", [&](std::size_t i, const TreeSelection& of) {
-      return filter_nested(trees[i], of.changes, of.selected, parameters.nested);
+      return filter_nested(trees[i], of.changes, of.selected, parameters.nested, fates_of_tree(fates, i));
     });
   if (parameters.min_contrast <= 0) measure_contrasts();
 }
@@ -229,7 +242,55 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
   return labels;
 }
 
+/// For mesh and parameters that have been checked.
+RegionSelection select_regions(const SegmentInputs& inputs, const SegmentParameters& parameters,
+                               std::span<const double> areas, std::vector<NodeFates>* fates,
+                               const Execution& execution) {
+  const std::vector<ComponentTree>& trees = inputs.level_sets.trees;
+  const std::vector<double> triangle_values = triangle_means(inputs.surface, inputs.level_sets.values, execution);
+  if (fates != nullptr) {
+    fates->clear();
+    for (const ComponentTree& tree : trees) fates->emplace_back(tree.num_nodes());
+  }
+  RegionSelection result;
+  execution.report("selecting regions", 0, 4);
+  result.selections = select_in_trees(inputs, parameters, result.filters, fates);
+  execution.report("filtering regions", 1, 4);
+  result.contrasts.resize(trees.size());
+  filter_selections(inputs.surface, inputs.level_sets, triangle_values, areas, parameters, result.selections,
+                    result.contrasts, result.filters, fates);
+
+  std::vector<std::vector<std::int32_t>> selected;
+  for (const TreeSelection& selection : result.selections) selected.push_back(selection.selected);
+  result.regions = order_regions(trees, selected);
+  if (parameters.keep_largest <= 0) return result;
+  const auto seen = static_cast<std::int64_t>(result.regions.size());
+  const std::int64_t kept = std::min(seen, parameters.keep_largest);
+  if (fates != nullptr)
+    for (std::size_t r = static_cast<std::size_t>(kept); r < result.regions.size(); ++r) {
+      const SelectedNode& of = result.regions[r];
+      tell_fate(fates_of_tree(fates, static_cast<std::size_t>(of.tree)), static_cast<std::size_t>(of.node),
+                {NodeFate::Kind::kFiltered, static_cast<std::int32_t>(result.filters.size())});
+    }
+  result.regions.resize(static_cast<std::size_t>(kept));
+  result.filters.push_back({"keep_largest", seen, seen - kept});
+  return result;
+}
+
 }  // namespace
+
+double Contrasts::of(std::int32_t node) const {
+  const auto found = std::lower_bound(nodes.begin(), nodes.end(), node);
+  if (found == nodes.end() || *found != node) return std::numeric_limits<double>::quiet_NaN();
+  return values[static_cast<std::size_t>(found - nodes.begin())];
+}
+
+RegionSelection select_regions(const SegmentInputs& inputs, const SegmentParameters& parameters,
+                               std::vector<NodeFates>* fates, const Execution& execution) {
+  check(inputs, parameters);
+  const std::vector<double> areas = triangle_areas(inputs.surface.positions, inputs.surface.triangles, execution);
+  return select_regions(inputs, parameters, areas, fates, execution);
+}
 
 Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& parameters, const Execution& execution) {
   check(inputs, parameters);
@@ -237,29 +298,16 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
   const LevelSetTrees& level_sets = inputs.level_sets;
   const std::vector<ComponentTree>& trees = level_sets.trees;
   const std::vector<double> areas = triangle_areas(surface.positions, surface.triangles, execution);
-  const std::vector<double> triangle_values = triangle_means(surface, level_sets.values, execution);
+  RegionSelection selection = select_regions(inputs, parameters, areas, nullptr, execution);
+  const std::vector<SelectedNode>& regions = selection.regions;
 
   Segmentation segmentation;
-  execution.report("selecting regions", 0, 4);
-  std::vector<TreeSelection> selections = select_in_trees(inputs, parameters, segmentation.filters);
-  execution.report("filtering regions", 1, 4);
-  std::vector<Contrasts> contrasts(trees.size());
-  filter_selections(surface, level_sets, triangle_values, areas, parameters, selections, contrasts,
-                    segmentation.filters);
-
-  std::vector<std::vector<std::int32_t>> selected;
-  for (const TreeSelection& selection : selections) selected.push_back(selection.selected);
-  std::vector<SelectedNode> regions = order_regions(trees, selected);
-  if (parameters.keep_largest > 0) {
-    const auto seen = static_cast<std::int64_t>(regions.size());
-    const std::int64_t kept = std::min(seen, parameters.keep_largest);
-    regions.resize(static_cast<std::size_t>(kept));
-    segmentation.filters.push_back({"keep_largest", seen, seen - kept});
-  }
+  segmentation.filters = std::move(selection.filters);
   execution.report("describing regions", 2, 4);
-  segmentation.regions = describe_regions(surface, trees, selections, regions, level_sets.values, areas);
+  segmentation.regions = describe_regions(surface, trees, selection.selections, regions, level_sets.values, areas);
   for (std::size_t r = 0; r < regions.size(); ++r)
-    segmentation.regions[r].contrast = contrasts[static_cast<std::size_t>(regions[r].tree)].of(regions[r].node);
+    segmentation.regions[r].contrast =
+        selection.contrasts[static_cast<std::size_t>(regions[r].tree)].of(regions[r].node);
   segmentation.region_of_triangle = label_triangles(trees, regions);
   if (trees.empty()) segmentation.region_of_triangle.assign(surface.triangles.size(), 0);
 

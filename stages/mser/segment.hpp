@@ -10,6 +10,7 @@
 #include "pipeline/artifacts/segmentation.hpp"
 #include "pipeline/execution/execution.hpp"
 #include "stages/common/surface.hpp"
+#include "stages/mser/describe_regions.hpp"
 #include "stages/mser/filters.hpp"
 #include "stages/mser/select_mser.hpp"
 
@@ -59,6 +60,28 @@ struct SegmentInputs {
   std::span<const double> curvature;  ///< optional, #V, >= 0: greatest principal curvature, for facets and turning
   std::span<const Eigen::Vector3d> normals;  ///< #V unit normals, for facets
 };
+
+/// The contrast of nodes of a tree, by node ascending, as border_contrasts gives it.
+struct Contrasts {
+  std::vector<std::int32_t> nodes;
+  std::vector<double> values;
+
+  /// Of a node; NaN: not measured.
+  double of(std::int32_t node) const;
+};
+
+/// What selection and filters make of the trees.
+struct RegionSelection {
+  std::vector<TreeSelection> selections;  ///< one for each tree
+  std::vector<Contrasts> contrasts;       ///< one for each tree: of the nodes that came as far as being measured
+  std::vector<SelectedNode> regions;      ///< in the order of order_regions; keep_largest has been applied
+  std::vector<FilterCount> filters;       ///< in the order applied
+};
+
+/// The first half of segment(): which nodes are regions. `fates`, where given, becomes one list for each tree, which
+/// tells of every node whether it is a region, or what decided that it is none. Throws as segment().
+RegionSelection select_regions(const SegmentInputs& inputs, const SegmentParameters& parameters,
+                               std::vector<NodeFates>* fates = nullptr, const Execution& execution = {});
 
 /// Segments a surface by the level sets of a scalar on it. Regions and labels are numbered from 1 by decreasing area,
 /// then smallest triangle id. Throws StageError where the arrays' sizes differ or a parameter is out of range.

@@ -31,13 +31,14 @@ std::vector<std::int32_t> main_child_of_nodes(const ComponentTree& tree) {
 
 std::vector<std::int32_t> select_mser(const ComponentTree& tree, std::span<const std::int64_t> changes,
                                       const SelectMserParameters& parameters,
-                                      std::span<const std::uint8_t> open_root_of_node) {
+                                      std::span<const std::uint8_t> open_root_of_node, NodeFates* fates) {
   const std::size_t num_nodes = tree.num_nodes();
   std::vector<std::int32_t> main_child;
   if (parameters.against == Against::kMainChild) main_child = main_child_of_nodes(tree);
   // A plateau of equal q is stood for by its largest node, which is the one nearest to the root.
   std::vector<std::int32_t> plateau(num_nodes);
-  std::vector<std::uint8_t> beaten(num_nodes, 0);
+  // The first node found to beat the plateau that a node stands for, or -1.
+  std::vector<std::int32_t> rival(num_nodes, -1);
   for (std::size_t n = num_nodes; n-- > 0;) {
     plateau[n] = static_cast<std::int32_t>(n);
     if (tree.parent_of_node[n] < 0) continue;
@@ -47,18 +48,26 @@ std::vector<std::int32_t> select_mser(const ComponentTree& tree, std::span<const
         compare_stability(changes[n], tree.area_of_node[n], changes[parent], tree.area_of_node[parent]);
     if (order == 0)
       plateau[n] = plateau[parent];
-    else if (order < 0)
-      beaten[static_cast<std::size_t>(plateau[parent])] = 1;
-    else
-      beaten[n] = 1;
+    else if (order > 0)
+      rival[n] = static_cast<std::int32_t>(parent);
+    else if (std::int32_t& of_parent = rival[static_cast<std::size_t>(plateau[parent])]; of_parent < 0)
+      of_parent = static_cast<std::int32_t>(n);
   }
   std::vector<std::int32_t> selected;
   for (std::size_t n = 0; n < num_nodes; ++n) {
     const bool root = tree.parent_of_node[n] < 0;
-    if (root && (open_root_of_node.empty() || open_root_of_node[n] == 0)) continue;
+    if (root && (open_root_of_node.empty() || open_root_of_node[n] == 0)) {
+      tell_fate(fates, n, {NodeFate::Kind::kRoot});
+      continue;
+    }
     const bool unchanged = changes[n] == 0 && tree.area_of_node[n] != 0;
-    if (unchanged || (plateau[n] == static_cast<std::int32_t>(n) && beaten[n] == 0))
+    const std::int32_t beaten_by = rival[static_cast<std::size_t>(plateau[n])];
+    if (unchanged || (plateau[n] == static_cast<std::int32_t>(n) && beaten_by < 0))
       selected.push_back(static_cast<std::int32_t>(n));
+    else if (beaten_by >= 0)
+      tell_fate(fates, n, {NodeFate::Kind::kLessStable, -1, beaten_by});
+    else
+      tell_fate(fates, n, {NodeFate::Kind::kSmallerOfPlateau, -1, plateau[n]});
   }
   return selected;
 }

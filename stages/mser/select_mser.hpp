@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/artifacts/level_set_trees.hpp"
+#include "stages/mser/node_fate.hpp"
 
 namespace meshmser {
 
@@ -22,14 +23,14 @@ struct SelectMserParameters {
 
 /// The stable nodes, ascending: those whose q is 0, and the largest node of each set of nodes of equal q joined by
 /// links that has no link to a node of lower q. Roots compete but are not selected, but for those marked in
-/// `open_root_of_node`
-/// (#N, or empty for none; see open_roots). `changes`: of change_of_nodes with the same delta.
+/// `open_root_of_node` (#N, or empty for none; see open_roots). `changes`: of change_of_nodes with the same delta.
+/// `fates` (#N), where given, tells of every other node which one beat it: its parent, else its child, of lower q.
 /// O(N), and O(F) where the main child is decided by a tie. Comparisons are exact, so ties are ties.
 /// Digne et al. 2010, algorithm 1, lines 4 to 10. Deviations: a plateau of q is taken as one, and gives its largest
 /// node.
 std::vector<std::int32_t> select_mser(const ComponentTree& tree, std::span<const std::int64_t> changes,
                                       const SelectMserParameters& parameters = {},
-                                      std::span<const std::uint8_t> open_root_of_node = {});
+                                      std::span<const std::uint8_t> open_root_of_node = {}, NodeFates* fates = nullptr);
 
 /// The same, with the changes computed on the way.
 std::vector<std::int32_t> select_mser(const ComponentTree& tree, const SelectMserParameters& parameters = {},

@@ -8,7 +8,7 @@
 
 #include "pipeline/artifacts/scalar_fields.hpp"
 #include "stages/common/adjacency.hpp"
-#include "stages/mser/segment.hpp"
+#include "stages/mser/mser_parameters.hpp"
 
 namespace meshmser {
 
@@ -49,32 +49,6 @@ struct EnumNames<Merge> {
 };
 
 namespace {
-
-struct MserParameters {
-  Select select = Select::kMser;
-  std::int32_t delta = 3;
-  Against against = Against::kChildren;
-  std::optional<Length> min_length;
-  std::optional<double> level;
-  Area min_area = spacings2(60);
-  std::optional<Area> max_area;
-  std::optional<double> max_variation;
-  AutoOr<Amount> min_persistence;
-  AutoOr<double> min_contrast;
-  Length band = spacings(3);
-  Share min_diversity{0.2};
-  Nested nested = Nested::kKeep;
-  std::optional<std::int64_t> keep_largest;
-  Grow grow = Grow::kAbsorb;
-  Area absorb = spacings2(20);
-  FloodBy flood_by = FloodBy::kStrength;
-  Length flood_width = spacings(40);
-  std::string strength = "auto";
-  Merge merge = Merge::kNone;
-  Amount saliency = noises(6);
-  Angle turning{6};
-  Length turning_radius = spacings(6);
-};
 
 /// A scalar of an earlier stage by its name, as `crease` or `fine.crease`; of several the last.
 struct FoundScalar {
@@ -155,6 +129,8 @@ double resolve(const Amount& amount, const LevelSetTrees& trees, const std::stri
   return amount.resolve(trees.noise);
 }
 
+}  // namespace
+
 SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh, const LevelSetTrees& trees,
                           const Execution& execution) {
   Scale scale;
@@ -193,8 +169,6 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
   p.turning_radius = given.turning_radius.resolve(scale);
   return p;
 }
-
-}  // namespace
 
 struct MserStage {
   static constexpr StageInfo info{

@@ -66,7 +66,7 @@ TEST_F(Program, HelpIsEverywhereAndEndsWithAnExample) {
   const std::vector<std::string> commands = command_names(help.out);
   const std::set<std::string> names(commands.begin(), commands.end());
   for (const char* name :
-       {"run", "validate", "explain", "show", "stages", "schema", "cache", "completion", "init", "render"})
+       {"run", "validate", "explain", "show", "stages", "schema", "cache", "completion", "init", "render", "why"})
     EXPECT_TRUE(names.contains(name)) << name;
   for (const std::string& name : commands) {
     const Finished text = run({name, "--help"});
@@ -228,6 +228,29 @@ TEST_F(Program, InitWritesAConfigurationThatIsValid) {
   ASSERT_EQ(run({"init", kSource + "/data/hills/hills.ply", "--out", "mesh.yaml"}).exit_code, 0);
   const Finished mesh = run({"run", "mesh.yaml", "--quiet", "--out", "out"});
   EXPECT_EQ(mesh.exit_code, 0) << mesh.err;
+}
+
+TEST_F(Program, WhyTellsTheFateOfEveryNodeAroundAPlace) {
+  const std::string config = hills();
+  const Finished told = run({"why", config, "--triangle", "0"});
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  const std::vector<std::string> lines = lines_of(told.out);
+  ASSERT_GT(lines.size(), 6u) << told.out;
+  EXPECT_EQ(lines[0], "triangle 0");
+  EXPECT_TRUE(lines[5].starts_with("upper tree, ")) << lines[5];
+  EXPECT_TRUE(lines.back().ends_with("a root: it has no level border")) << lines.back();
+  // The same triangle by its centroid.
+  const std::size_t centroid = lines[1].find("centroid ");
+  ASSERT_NE(centroid, std::string::npos) << lines[1];
+  const Finished by_point = run({"why", config, "--point=" + lines[1].substr(centroid + 9)});
+  EXPECT_EQ(by_point.exit_code, 0) << by_point.err;
+  EXPECT_TRUE(by_point.out.starts_with("triangle 0, nearest to ")) << by_point.out;
+  EXPECT_EQ(lines_of(by_point.out).back(), lines.back());
+  EXPECT_EQ(run({"why", config}).exit_code, 2);
+  const Finished wrong = run({"why", config, "--point", "1,2"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_NE(wrong.err.find("three numbers x,y,z"), std::string::npos) << wrong.err;
+  EXPECT_EQ(run({"why", config, "--vertex", "100000000"}).exit_code, 2);
 }
 
 TEST_F(Program, CompletionIsGoodShell) {
