@@ -9,6 +9,7 @@ find_package(fmt REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(embree 3 REQUIRED)
 
 # FLANN's and PCL's own CMake files pull in VTK, Qt and more; the parts used here are named outright.

@@ -8,7 +8,8 @@ install(TARGETS meshmser meshmser-scan RUNTIME DESTINATION ${CMAKE_INSTALL_BINDI
 get_property(rooms GLOBAL PROPERTY MESHMSER_ROOMS)
 install(TARGETS ${rooms} EXPORT meshmserTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(folder pipeline stages data/scanner)
-  install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meshmser/${folder} FILES_MATCHING PATTERN *.hpp)
+  install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meshmser/${folder} FILES_MATCHING PATTERN *.hpp
+          PATTERN page EXCLUDE)
 endforeach()
 
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/meshmser)

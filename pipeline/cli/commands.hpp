@@ -11,6 +11,7 @@ CommandDefinition run_command();
 CommandDefinition validate_command();
 CommandDefinition explain_command();
 CommandDefinition show_command();
+CommandDefinition report_command();
 CommandDefinition stages_command();
 CommandDefinition schema_command();
 CommandDefinition cache_command();

@@ -123,7 +123,7 @@ try {
   assert.ok(large.length > 0 && large.length < header.labels.length);
   await page.$eval("#filter", (input) => { input.value = ""; input.dispatchEvent(new Event("input")); });
   await page.select("#rows", "regions");
-  await page.click("#table thead th:nth-child(10)");
+  await page.$$eval("#table thead th", (all) => all.find((cell) => cell.textContent === "stability").click());
   const q = (await rows()).map((label) => header.regions[label - 1].stability);
   assert.deepEqual(q, [...q].sort((a, b) => b - a));
   await page.select("#rows", "labels");
@@ -209,6 +209,40 @@ try {
   const png = readFileSync(join(folder, "view.png"));
   assert.equal(png.subarray(1, 4).toString(), "PNG");
   assert.equal(png.readUInt32BE(16), await page.$eval("#canvas", (canvas) => canvas.width));
+
+  // Drawings: the glyph's border to scale, level and hole pieces apart; the tablet's front is seen along its normal.
+  await page.click("#tab-Regions");
+  await page.select("#rows", "labels");
+  await page.focus("#canvas");
+  await page.keyboard.press("0");
+  // A small label that faces the eye, not the tablet's side.
+  const facing = await page.evaluate(() => {
+    const { view, arrays, header } = window.meshmser, { normals, ownVertex } = view.mesh;
+    const eye = view.camera.getWorldDirection(view.target.clone()), sums = header.labels.map(() => 0);
+    for (let t = 0; t < arrays.labels.length; t++) {
+      const v = 4 * ownVertex[t];
+      if (arrays.labels[t]) sums[arrays.labels[t] - 1] -= (normals[v] * eye.x + normals[v + 1] * eye.y + normals[v + 2] * eye.z) / 32767;
+    }
+    return header.labels.findIndex((row, i) => row.area < 100 && sums[i] > 0.8 * row.triangles) + 1;
+  });
+  assert.ok(facing > 0);
+  await page.click(`#table tr[data-row="${facing}"]`);
+  const fetched = async (button, name) => {
+    await page.click(button);
+    for (let i = 0; i < 50 && !existsSync(join(folder, name)); i++) await new Promise((done) => setTimeout(done, 100));
+    return readFileSync(join(folder, name), "utf8");
+  };
+  const svg = await fetched("#svg", "borders.svg"), dxf = await fetched("#dxf", "borders.dxf");
+  assert.deepEqual([...new Set([...svg.matchAll(/data-number="(\d+)"/g)].map((m) => m[1]))], [String(facing)]);
+  assert.ok(!svg.includes("NaN") && !dxf.includes("NaN"));
+  const areaOf = (d) => {
+    const points = d.split(/[MLZ]/).filter(Boolean).map((p) => p.split(" ").map(Number));
+    return points.reduce((sum, [x, y], i) => { const [u, v] = points[(i + 1) % points.length]; return sum + (x * v - u * y) / 2; }, 0);
+  };
+  const enclosed = Math.abs([...svg.matchAll(/ d="([^"]*)"/g)].reduce((sum, m) => sum + areaOf(m[1]), 0));
+  const area = header.labels[facing - 1].area; // of the surface; its projection is smaller, by its roughness
+  assert.ok(enclosed > 0.6 * area && enclosed < area, `${enclosed} of ${area}`);
+  assert.equal([...dxf.matchAll(/POLYLINE/g)].length, [...svg.matchAll(/<path/g)].length);
 
   assert.deepEqual(problems, []);
   console.log("the page works");

@@ -206,6 +206,25 @@ TEST_F(Program, ShowTellsWhatAStageMade) {
   EXPECT_EQ(run({"show", hills(), "mserr"}).exit_code, 2);
 }
 
+TEST_F(Program, ReportMakesThePageOfAConfigurationWithoutOne) {
+  const std::string config = hills();
+  const Finished made = run({"report", config, "--out", "page", "-q"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(made.out, "page/report.html\n");
+  std::ifstream file(folder_ / "page/report.html");
+  const std::string page((std::istreambuf_iterator<char>(file)), {});
+  // What the stage appends, then what the run appends: run.json with the report's own record.
+  EXPECT_NE(page.find("<script type=\"application/json\" id=\"header\">{\"title\":"), std::string::npos);
+  const std::size_t record = page.rfind("<script type=\"application/json\" id=\"run\">{");
+  ASSERT_NE(record, std::string::npos);
+  EXPECT_NE(page.find("\"stage\": \"report\"", record), std::string::npos);
+  // A second time the page on disk differs from the cache's by that record, and holds it once only.
+  EXPECT_EQ(run({"report", config, "--out", "page", "-q"}).exit_code, 0);
+  std::ifstream again(folder_ / "page/report.html");
+  const std::string second((std::istreambuf_iterator<char>(again)), {});
+  EXPECT_EQ(second.find("id=\"run\">{"), second.rfind("id=\"run\">{"));
+}
+
 TEST_F(Program, CacheIsListedVerifiedAndCleared) {
   ASSERT_EQ(run({"run", hills(), "--quiet", "--cache", "c"}).exit_code, 0);
   EXPECT_EQ(lines_of(run({"cache", "ls", "--cache", "c"}).out).size(), 6u);  // five entries and their sum

@@ -2,7 +2,10 @@
 import type { App } from "./app";
 import { byId, download, make } from "./dom";
 import { show, unitForPeople } from "./data";
+import { dxfOf, projectedLines, svgOf } from "./plan";
 import type { Layer } from "./view";
+
+const arraysHaveBorders = (app: App) => app.arrays.label_borders !== undefined || app.arrays.region_borders !== undefined;
 
 const layerNames: Record<Layer, string> = {
   mesh: "mesh", points: "points", smoothed: "smoothed points", normals: "normals", rims: "hole rims",
@@ -29,6 +32,14 @@ export function makeControls(app: App) {
   for (const name of ["best", "front", "back", "left", "right", "top", "bottom", "iso"])
     views.append(make("button", { click: () => view.goTo(name) }, name));
   views.append(make("button", { id: "png", click: () => savePicture(app) }, "PNG"));
+  const draw = (name: string, write: typeof svgOf) => {
+    const lines = projectedLines(app);
+    if (lines.length) download("borders." + name, write(app, lines), name === "svg" ? "image/svg+xml" : "application/dxf");
+    else app.hint("Switch borders on: the drawing holds those that are shown.");
+  };
+  if (arraysHaveBorders(app))
+    views.append(make("button", { id: "svg", title: "Borders shown, to scale, on the plane of the picture", click: () => draw("svg", svgOf) }, "SVG"),
+      make("button", { id: "dxf", title: "Borders shown, to scale, on the plane of the picture", click: () => draw("dxf", dxfOf) }, "DXF"));
   byId("controls").append(views, layers);
   byId("lightbox").append(lightDial(app));
   view.onDraw = () => drawScale(app);

@@ -22,7 +22,7 @@ export function makeTable(app: App): HTMLElement {
     if (app.colouring === "labels" || app.colouring === "regions") app.setColouring(app.rowKind);
     fill();
   } }, make("option", { value: "regions" }, "regions"), make("option", { value: "labels" }, "labels"));
-  const search = make("input", { type: "search", id: "filter", placeholder: "filter: 12, upper, area > 40 …", "aria-label": "Filter rows",
+  const search = make("input", { type: "search", id: "filter", placeholder: "area > 4, upper, 12", "aria-label": "Filter rows",
     input: () => { filter = search.value; fill(); } });
   const element = make("div", {},
     make("div", { class: "tools" }, kind, search,
@@ -33,7 +33,11 @@ export function makeTable(app: App): HTMLElement {
     count, make("div", { id: "comparison" }), table);
 
   const rows = () => ((app.rowKind === "labels" ? header.labels : header.regions) ?? []) as Row[];
-  const columns = () => Object.keys(rows()[0] ?? {}).filter((k) => k !== "centroid");
+  const first = ["label", "polarity", "area", "stability", "persistence", "contrast", "border_length", "hole_length"];
+  const columns = () => {
+    const names = Object.keys(rows()[0] ?? {}).filter((k) => k !== "centroid");
+    return app.rowKind === "labels" ? names : [...first.filter((n) => names.includes(n)), ...names.filter((n) => !first.includes(n))];
+  };
   const shown = () => {
     const condition = /^\s*(\w+)\s*(<=|>=|<|>|=)\s*(-?[\d.eE+-]+)\s*$/.exec(filter);
     const words = filter.toLowerCase().split(/\s+/).filter(Boolean);
@@ -75,7 +79,7 @@ export function makeTable(app: App): HTMLElement {
       title: name + (unitOf[name] ? ` in ${unitOf[name]}` : ""),
       click: () => sortBy(name), keydown: (event: KeyboardEvent) => { if (event.key === "Enter") sortBy(name); },
     }, name.replaceAll("_", " ") + (name === sortKey ? (ascending ? " ▲" : " ▼") : "")))));
-    count.textContent = `${list.length} of ${rows().length} ${app.rowKind}` + (list.length > kMostRows ? `, the first ${kMostRows} listed` : "") + (rows().length ? "; click: choose, Shift and click: a second one to compare" : "");
+    count.textContent = `${list.length} of ${rows().length} ${app.rowKind}` + (list.length > kMostRows ? `, the first ${kMostRows} listed` : "") + (rows().length ? "; with Shift a second one to compare" : "");
     body.replaceChildren(...list.slice(0, kMostRows).map((row) => {
       const number = row.label as number, swatch = make("span", { class: "swatch" });
       const c = colours[number];
