@@ -239,7 +239,7 @@ void Cache::store(Entry& entry, const std::string& key_text, const Outputs& arti
       const auto other = find(entry.stage, entry.key);
       if (other && std::equal(other->outputs.begin(), other->outputs.end(), entry.outputs.begin(), entry.outputs.end(),
                               [](const auto& a, const auto& b) { return a.port == b.port && a.digest == b.digest; })) {
-        entry = *other;
+        entry.outputs = other->outputs;  // the times stay those of this run
         return;
       }
       replaced = replaced || other.has_value();

@@ -103,7 +103,8 @@ class Cache {
   static std::filesystem::path scratch_folder(const Staging& staging);
   /// Writes artifacts (FileSets' files lie in the scratch folder) and everything `entry` says beside its outputs, syncs
   /// and moves the folder into place; fills in entry.outputs. Where the key has an entry by now, of another process or
-  /// of before: one with the same content is kept; one with other content is replaced, which `replaced` tells.
+  /// of before: one with the same content is kept, and its times with it, while `entry` keeps its own; one with other
+  /// content is replaced, which `replaced` tells.
   void store(Entry& entry, const std::string& key_text, const Outputs& artifacts, Staging& staging, bool& replaced,
              int threads = 0);
   /// Moves an entry to `damaged`; quiet where it is not there.

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <sstream>
+#include <thread>
 
 #include "pipeline/cache/cache.hpp"
 #include "pipeline/run/show.hpp"
@@ -167,6 +168,14 @@ TEST_F(Runner, DamagedManifestsAndFilesAreMended) {
   damage("sums.txt");
   EXPECT_THAT(told(go()), ElementsAre("numbers", "shift", "sum", "write: entry damaged"));
   EXPECT_EQ(text_of(at("out/sums.txt")), "sum 6\n");
+}
+
+TEST_F(Runner, ForcedRunTellsItsOwnTime) {
+  go();
+  fake::on_run = [](const std::string&) { std::this_thread::sleep_for(std::chrono::milliseconds(60)); };
+  const RunResult forced = go({}, {.force = {"shift"}});
+  EXPECT_GE(forced.stages[1].wall_seconds, 0.06);
+  EXPECT_LT(forced.stages[2].wall_seconds, 0.06) << "that of the run that made the cached result";
 }
 
 TEST_F(Runner, UntilFromForceOnly) {
