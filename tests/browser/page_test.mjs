@@ -48,7 +48,7 @@ try {
   page.on("request", (request) => { if (request.url() !== url && !/^(data|blob):/.test(request.url())) problems.push(`request: ${request.url()}`); });
   await page.goto(url);
   await page.waitForFunction(() => document.documentElement.dataset.ready === "yes", { timeout: 60000 });
-  const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => { window.meshmser.view.drawStanding(); requestAnimationFrame(done); })));
   const shot = async (name) => {
     await drawn();
     if (shots) { mkdirSync(shots, { recursive: true }); await page.screenshot({ path: join(shots, name + ".png") }); }
@@ -61,7 +61,7 @@ try {
   // A pixel in the middle of a triangle of that label that is not hidden by another.
   const pixelOf = (label) => page.evaluate((wanted) => {
     const { view, arrays } = window.meshmser, box = view.canvas.getBoundingClientRect();
-    view.drawNow();
+    view.drawStanding();
     for (let t = 0; t < arrays.labels.length; t++) {
       if (arrays.labels[t] !== wanted) continue;
       const corners = [0, 1, 2].map((k) => view.positionOf(view.mesh.index[3 * t + k]));
@@ -100,6 +100,14 @@ try {
   });
   const cards = await text("#verdict");
   assert.ok(cards.includes(`${header.regions.length}regions`), cards);
+
+  // A coarse copy draws the first picture and what moves: each of its triangles stands for one of the mesh.
+  const copy = await page.evaluate(() => {
+    const { arrays } = window.meshmser;
+    return { triangles: arrays.coarse_triangles.length, corners: arrays.coarse_corners.length, last: Math.max(...arrays.coarse_triangles) };
+  });
+  assert.ok(copy.triangles > 20000 && copy.triangles <= 100000 && copy.corners === 3 * copy.triangles);
+  assert.ok(copy.last < header.summary.num_triangles);
 
   // The first picture shows the surface; a click on it chooses its row, a click on a row marks the surface.
   const first = await shot("labels");

@@ -141,7 +141,7 @@ export function drawLegend(app: App) {
 
 /** The view with scale bar, legend and heading, on the page's ground. */
 export function picture(app: App): HTMLCanvasElement {
-  app.view.drawNow();
+  app.view.drawStanding();
   const source = app.view.canvas, ratio = source.width / source.clientWidth;
   const canvas = make("canvas", { width: source.width, height: source.height });
   const context = canvas.getContext("2d")!, style = getComputedStyle(document.body);

@@ -21,9 +21,7 @@ export function positionsOf(steps: Uint16Array, header: Header, centre: number[]
 }
 
 /** Each triangle claims a corner that no other has, or a copy of one. */
-export function buildMesh(arrays: Arrays, header: Header, centre: number[]): Mesh {
-  const corners = arrays.corners as Int32Array;
-  const shared = positionsOf(arrays.positions, header, centre);
+export function buildMesh(corners: Int32Array, shared: Float32Array): Mesh {
   const numShared = shared.length / 3, numTriangles = corners.length / 3;
   const triangleOf = new Int32Array(numShared + numTriangles).fill(-1);
   const source = new Uint32Array(numShared + numTriangles);

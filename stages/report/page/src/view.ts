@@ -33,15 +33,32 @@ const fragmentShader = /* glsl */ `
       else if (vValue < brush.x || vValue > brush.y) c = vec3(0.62);
       else c = texture(colours, vec2((clamp((vValue - range.x) / (range.y - range.x), 0.0, 1.0) * 64.0 + 0.5) / 65.0, 0.5)).rgb;
     }
-    vec3 n = normalize(gl_FrontFacing ? vNormal : -vNormal);
+    // Noise folds single triangles over; they are not the back of the surface, of which the smooth normal tells, too.
+    bool back = !gl_FrontFacing && vNormal.z < 0.0;
+    vec3 n = normalize(back ? -vNormal : vNormal);
     float lit = 0.42 + 0.68 * max(dot(n, light), 0.0);
-    if (!gl_FrontFacing) c = mix(c, vec3(0.35, 0.33, 0.40), 0.6);
+    if (back) c = mix(c, vec3(0.35, 0.33, 0.40), 0.6);
     if (vPaint.a < 0.7 && mod(gl_FragCoord.x + gl_FragCoord.y, 9.0) < 2.0) c = mix(c, vec3(0.05, 0.05, 0.08), 0.6);
     colour = vec4(c * lit, 1.0);
   }`;
 
 export type Layer = "points" | "smoothed" | "normals" | "mesh" | "rims" | "labelBorders" | "regionBorders" | "interpolated";
 export type Hit = { triangle: number; point: THREE.Vector3; shares: [number, number, number] };
+
+type Drawn = {
+  mesh: Mesh; object: THREE.Mesh; paint: Uint8Array;
+  triangles: Int32Array | null; // which of the mesh's triangle each is; null: the same
+  vertices: Int32Array | null; // likewise the display vertices
+};
+
+/** Whether the processor draws instead of a graphics card: then smooth edges cost half of the time. */
+function drawsInSoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
 
 export class View {
   readonly renderer: THREE.WebGLRenderer;
@@ -59,13 +76,15 @@ export class View {
   onClick: (hit: Hit | null) => void = () => {};
   private material: THREE.ShaderMaterial | null = null;
   private surface: THREE.Mesh | null = null;
+  private drawn: Drawn[] = []; // the mesh, and its coarse copy where it is large
+  private moving = 0; // timer: at its end the standing picture is drawn
+  private slow = true; // until a standing picture was drawn quickly
   private layers = new Map<Layer, THREE.Object3D[]>();
   private pending = false;
-  private paint: Uint8Array = new Uint8Array(0);
   private extra: THREE.Object3D[] = [];
 
   constructor(readonly canvas: HTMLCanvasElement, private header: Header, private arrays: Arrays) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawsInSoftware(), alpha: true });
     this.renderer.setClearColor(0, 0);
     const steps = arrays.positions ?? arrays.points;
     const high = [0, 0, 0];
@@ -73,11 +92,21 @@ export class View {
     this.centre = [0, 1, 2].map((k) => header.low[k] + (high[k] * header.step) / 2);
     this.size = (Math.hypot(...high) * header.step) / 2 || 1;
     if (arrays.corners) {
-      this.mesh = buildMesh(arrays, header, this.centre);
-      this.addSurface(this.mesh);
+      const shared = positionsOf(arrays.positions, header, this.centre);
+      this.mesh = buildMesh(arrays.corners, shared);
+      this.material = this.makeMaterial();
+      this.surface = this.addSurface(this.mesh, null, null);
+      this.layers.set("mesh", [this.surface]);
+      const vertices = arrays.coarse_vertices as Int32Array | undefined;
+      if (vertices) {
+        const positions = new Float32Array(3 * vertices.length);
+        vertices.forEach((v, i) => { for (let k = 0; k < 3; k++) positions[3 * i + k] = shared[3 * v + k]; });
+        this.addSurface(buildMesh(arrays.coarse_corners, positions), arrays.coarse_triangles, vertices).visible = false;
+      }
     }
     this.addLayers();
     this.goTo("best");
+    this.drawCoarseFirst();
     this.listen();
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
@@ -91,10 +120,11 @@ export class View {
 
   /** Colours of triangles: 4 bytes each; alpha 255 plain, 128 marked, 0 not drawn. */
   setPaint(paintOf: (triangle: number, out: Uint8Array, at: number) => void) {
-    if (!this.mesh || !this.surface) return;
-    const { ownVertex } = this.mesh;
-    for (let t = 0; t < ownVertex.length; t++) paintOf(t, this.paint, 4 * ownVertex[t]);
-    this.surface.geometry.getAttribute("paint").needsUpdate = true;
+    for (const { mesh, object, paint, triangles } of this.drawn) {
+      const { ownVertex } = mesh;
+      for (let t = 0; t < ownVertex.length; t++) paintOf(triangles ? triangles[t] : t, paint, 4 * ownVertex[t]);
+      object.geometry.getAttribute("paint").needsUpdate = true;
+    }
     this.draw();
   }
   showPlain() { this.setMode(0); }
@@ -104,15 +134,16 @@ export class View {
     this.draw();
   }
   showScalar(scalar: Scalar, number: number) {
-    if (!this.mesh || !this.surface || !this.material) return;
-    const values = this.surface.geometry.getAttribute("value") as THREE.BufferAttribute;
+    if (!this.material) return;
     const all = this.valuesOf(scalar, number);
-    const drawn = values.array as Float32Array;
-    for (let v = 0; v < drawn.length; v++) {
-      const value = all[this.mesh.sourceVertex[v]];
-      drawn[v] = Number.isNaN(value) ? kUndefined : value;
+    for (const { mesh, object, vertices } of this.drawn) {
+      const values = object.geometry.getAttribute("value") as THREE.BufferAttribute, array = values.array as Float32Array;
+      for (let v = 0; v < array.length; v++) {
+        const source = mesh.sourceVertex[v], value = all[vertices ? vertices[source] : source];
+        array[v] = Number.isNaN(value) ? kUndefined : value;
+      }
+      values.needsUpdate = true;
     }
-    values.needsUpdate = true;
     const texels = new Uint8Array(65 * 4);
     scalar.colours.forEach((c, i) => texels.set([...c, 255], 4 * i));
     const texture = new THREE.DataTexture(texels, 65, 1);
@@ -193,7 +224,17 @@ export class View {
     this.height = Math.min(Math.max(width, this.size / 200), this.size * 2.2);
     this.draw();
   }
-  private moved() { this.onMove(); this.draw(); }
+  private moved() {
+    this.onMove();
+    if (this.slow) this.drawCoarseFirst();
+    this.draw();
+  }
+  /** Until the view has stood still for a moment the coarse copy is drawn, without lines. */
+  drawCoarseFirst() {
+    if (this.drawn.length < 2) return;
+    clearTimeout(this.moving);
+    this.moving = window.setTimeout(() => { this.moving = 0; this.draw(); }, 300);
+  }
 
   setLight(azimuth: number, elevation: number) {
     this.lightAngle = [((azimuth % 360) + 360) % 360, Math.min(90, Math.max(2, elevation))];
@@ -215,8 +256,28 @@ export class View {
       this.renderer.setSize(width, height, false);
     }
     this.placeCamera(width / height);
-    this.renderer.render(this.scene, this.camera);
+    if (this.moving && this.surface?.visible) {
+      const [full, coarse] = this.drawn, hidden = this.scene.children.filter((child) => child.visible && child !== full.object);
+      for (const child of [full.object, ...hidden]) child.visible = false;
+      coarse.object.visible = true;
+      this.renderer.render(this.scene, this.camera);
+      coarse.object.visible = false;
+      for (const child of [full.object, ...hidden]) child.visible = true;
+    } else {
+      const start = performance.now(), gl = this.renderer.getContext();
+      this.renderer.render(this.scene, this.camera);
+      if (this.drawn.length > 1) { // reading a pixel waits for the picture
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+        this.slow = performance.now() - start > 50;
+      }
+    }
     this.onDraw();
+  }
+  /** The whole picture at once, for what is saved or read. */
+  drawStanding() {
+    clearTimeout(this.moving);
+    this.moving = 0;
+    this.drawNow();
   }
   private placeCamera(aspect: number) {
     const c = this.camera, reach = this.size * 1.1 + this.target.length();
@@ -279,16 +340,8 @@ export class View {
     this.draw();
   }
 
-  private addSurface(mesh: Mesh) {
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(mesh.positions, 3));
-    const packed = new THREE.InterleavedBuffer(mesh.normals, 4);
-    geometry.setAttribute("normal", new THREE.InterleavedBufferAttribute(packed, 3, 0, true));
-    this.paint = new Uint8Array((4 * mesh.positions.length) / 3).fill(255);
-    geometry.setAttribute("paint", new THREE.BufferAttribute(this.paint, 4, true));
-    geometry.setAttribute("value", new THREE.BufferAttribute(new Float32Array(mesh.positions.length / 3), 1));
-    geometry.setIndex(new THREE.BufferAttribute(mesh.index, 1));
-    this.material = new THREE.ShaderMaterial({
+  private makeMaterial() {
+    return new THREE.ShaderMaterial({
       glslVersion: THREE.GLSL3, vertexShader, fragmentShader, side: THREE.DoubleSide,
       polygonOffset: true, polygonOffsetFactor: 1.5, polygonOffsetUnits: 6,
       uniforms: {
@@ -296,10 +349,21 @@ export class View {
         brush: { value: new THREE.Vector2(-1e29, 1e29) }, light: { value: new THREE.Vector3(0, 0, 1) },
       },
     });
-    this.surface = new THREE.Mesh(geometry, this.material);
-    this.surface.frustumCulled = false;
-    this.scene.add(this.surface);
-    this.layers.set("mesh", [this.surface]);
+  }
+  private addSurface(mesh: Mesh, triangles: Int32Array | null, vertices: Int32Array | null) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(mesh.positions, 3));
+    const packed = new THREE.InterleavedBuffer(mesh.normals, 4);
+    geometry.setAttribute("normal", new THREE.InterleavedBufferAttribute(packed, 3, 0, true));
+    const paint = new Uint8Array((4 * mesh.positions.length) / 3).fill(255);
+    geometry.setAttribute("paint", new THREE.BufferAttribute(paint, 4, true));
+    geometry.setAttribute("value", new THREE.BufferAttribute(new Float32Array(mesh.positions.length / 3), 1));
+    geometry.setIndex(new THREE.BufferAttribute(mesh.index, 1));
+    const object = new THREE.Mesh(geometry, this.material!);
+    object.frustumCulled = false;
+    this.scene.add(object);
+    this.drawn.push({ mesh, object, paint, triangles, vertices });
+    return object;
   }
   private lines(ends: Float32Array, colour: number, width: number) {
     const geometry = new LineSegmentsGeometry();

@@ -51,6 +51,45 @@ function decode(block: Block, raw: Uint8Array) {
   return values;
 }
 
+/**
+ * A coarse copy for motion and for the first picture: vertices in a cell of a grid become the first of them. Each of its
+ * triangles stands for one of the drawn mesh and takes its colours.
+ */
+function coarse(steps: Uint16Array, corners: Int32Array, most: number) {
+  let area = 0;
+  for (let t = 0; t < corners.length; t += 3) {
+    const [a, b, c] = [3 * corners[t], 3 * corners[t + 1], 3 * corners[t + 2]];
+    const ux = steps[b] - steps[a], uy = steps[b + 1] - steps[a + 1], uz = steps[b + 2] - steps[a + 2];
+    const vx = steps[c] - steps[a], vy = steps[c + 1] - steps[a + 1], vz = steps[c + 2] - steps[a + 2];
+    area += Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx) / 2;
+  }
+  const first = new Int32Array(steps.length / 3);
+  for (let cell = Math.max(16, Math.sqrt((2 * area) / most)); ; cell *= 1.3) {
+    const places = new Map<number, number>();
+    for (let v = 0; v < first.length; v++) {
+      const key = (Math.floor(steps[3 * v] / cell) * 4096 + Math.floor(steps[3 * v + 1] / cell)) * 4096 + Math.floor(steps[3 * v + 2] / cell);
+      const there = places.get(key);
+      if (there === undefined) places.set(key, v);
+      first[v] = there ?? v;
+    }
+    const kept: number[] = [];
+    for (let t = 0; t < corners.length / 3 && kept.length <= most; t++) {
+      const a = first[corners[3 * t]], b = first[corners[3 * t + 1]], c = first[corners[3 * t + 2]];
+      if (a !== b && b !== c && a !== c) kept.push(t);
+    }
+    if (kept.length > most) continue;
+    const number = new Map<number, number>(), coarseCorners = new Int32Array(3 * kept.length);
+    kept.forEach((t, i) => {
+      for (let k = 0; k < 3; k++) {
+        const v = first[corners[3 * t + k]];
+        if (!number.has(v)) number.set(v, number.size);
+        coarseCorners[3 * i + k] = number.get(v)!;
+      }
+    });
+    return { coarse_vertices: Int32Array.from(number.keys()), coarse_corners: coarseCorners, coarse_triangles: Int32Array.from(kept) };
+  }
+}
+
 self.onmessage = (message: MessageEvent<{ text: string; blocks: Block[] }>) => {
   const bytes = bytesOfBase64(message.data.text);
   const arrays: Record<string, unknown> = {};
@@ -60,6 +99,13 @@ self.onmessage = (message: MessageEvent<{ text: string; blocks: Block[] }>) => {
     const values = decode(block, raw);
     arrays[block.name] = values;
     buffers.add(values.buffer);
+  }
+  const corners = arrays.corners as Int32Array | undefined;
+  if (corners && corners.length > 3 * 150000) {
+    for (const [name, values] of Object.entries(coarse(arrays.positions as Uint16Array, corners, 100000))) {
+      arrays[name] = values;
+      buffers.add(values.buffer);
+    }
   }
   (self as unknown as Worker).postMessage(arrays, [...buffers] as ArrayBuffer[]);
 };
