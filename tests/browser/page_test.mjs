@@ -218,6 +218,24 @@ try {
   assert.equal(png.subarray(1, 4).toString(), "PNG");
   assert.equal(png.readUInt32BE(16), await page.$eval("#canvas", (canvas) => canvas.width));
 
+  // Two runs: one parameter differs; a run lies on itself wholly.
+  const other = spawnSync(program, ["report", join(folder, "run.yaml"), "--set", "mser.delta=7", "--out", join(folder, "other"), "--cache", join(folder, "cache"), "-q"], { encoding: "utf8" });
+  assert.equal(other.status, 0, other.stderr);
+  await page.click("#tab-Compare");
+  const compare = async (path) => {
+    await (await page.$("#other")).uploadFile(path);
+    await page.waitForFunction(() => document.querySelectorAll("#compared table").length >= 2, { timeout: 30000 });
+    return page.$$eval("#compared table", (all) => all.map((table) => [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent))));
+  };
+  const self = await compare(join(folder, "out/report.html"));
+  assert.equal(self.length, 2); // figures, labels: no parameter differs
+  assert.equal(self[1].length, header.labels.length);
+  for (const [here, there, share] of self[1]) assert.ok(here === there && Number.parseInt(share) >= 99, `${here} ${there} ${share}`);
+  const tables = await compare(join(folder, "other/report.html"));
+  assert.deepEqual(tables[1], [["mser.delta", "4", "7"]]);
+  await shot("compare");
+  await page.click("#tab-Regions");
+
   // Drawings: the glyph's border to scale, level and hole pieces apart; the tablet's front is seen along its normal.
   await page.click("#tab-Regions");
   await page.select("#rows", "labels");

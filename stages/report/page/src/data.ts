@@ -33,16 +33,32 @@ export const readHeader = () => json<Header>("header");
 export const readRun = () => json<Run>("run");
 
 /** The arrays by name; decoded in a worker made of text, since a page from disk may not load another file. */
-export function readArrays(header: Header): Promise<Arrays> {
-  const element = document.getElementById("blocks")!;
-  const text = element.textContent ?? "";
-  element.remove(); // the text is large, and not needed again
+export function readArrays(header: Header, text: string): Promise<Arrays> {
   return new Promise((resolve, reject) => {
     const worker = new Worker(URL.createObjectURL(new Blob([WORKER_TEXT], { type: "text/javascript" })));
     worker.onmessage = (message) => { resolve(message.data as Arrays); worker.terminate(); };
     worker.onerror = (error) => reject(new Error(error.message));
     worker.postMessage({ text, blocks: header.blocks });
   });
+}
+
+/** The packed arrays of this page; taken out of it, since the text is large and not needed again. */
+export function takeBlocks(): string {
+  const element = document.getElementById("blocks");
+  element?.remove();
+  return element?.textContent ?? "";
+}
+
+/** The parts of another page: its data elements are found as text, and none of it becomes part of this page. */
+export function partsOfPage(html: string): { header: Header; run: Run | null; blocks: string } | null {
+  const part = (id: string) => {
+    const mark = ` id="${id}">`, from = html.lastIndexOf(`<script type="${id === "blocks" ? "text/plain" : "application/json"}"${mark}`);
+    if (from < 0) return null;
+    const begin = html.indexOf(">", from) + 1;
+    return html.slice(begin, html.indexOf("</script>", begin));
+  };
+  const header = part("header"), blocks = part("blocks"), run = part("run");
+  return header && blocks !== null ? { header: JSON.parse(header) as Header, run: run ? (JSON.parse(run) as Run) : null, blocks } : null;
 }
 
 /** `1/unit` with millimetres is `1/mm`. */

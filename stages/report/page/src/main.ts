@@ -1,7 +1,8 @@
 import "./globals";
 import { type App, coloursOfRows, rowOfTriangle } from "./app";
+import { makeCompare } from "./compare";
 import { drawLegend, makeControls, makePrints } from "./controls";
-import { readArrays, readHeader, readRun, show } from "./data";
+import { readArrays, readHeader, readRun, show, takeBlocks } from "./data";
 import { byId, make } from "./dom";
 import { segmentsOf } from "./geometry";
 import { makeLevels } from "./levels";
@@ -23,7 +24,7 @@ async function start() {
   const title = header.title || scans.slice(0, 3).join(", ") + (scans.length > 3 ? ` and ${scans.length - 3} more` : "") || "meshmser";
   document.title = byId("title").textContent = title;
   byId("subtitle").textContent = run ? `${run.config} · ${run.written}` : "";
-  const arrays = await readArrays(header);
+  const arrays = await readArrays(header, takeBlocks());
   let view: View;
   try {
     view = new View(byId("canvas") as HTMLCanvasElement, header, arrays);
@@ -92,6 +93,7 @@ async function start() {
 
 function makeTabs(app: App) {
   const panels: [string, () => HTMLElement][] = [["Stages", () => makeStages(app)]];
+  if (app.arrays.labels) panels.push(["Compare", () => makeCompare(app)]);
   if (app.view.mesh) {
     panels.unshift(["Section", () => makeSection(app)]);
     if (app.header.trees?.length) panels.unshift(["Levels", () => makeLevels(app)]);
