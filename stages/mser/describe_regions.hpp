@@ -17,7 +17,8 @@ namespace meshmser {
 struct TreeSelection {
   std::vector<std::int64_t> changes;  ///< of change_of_nodes
   Maxima maxima;
-  std::vector<std::int32_t> selected;  ///< ascending
+  std::vector<double> log_false_alarms;  ///< of log_false_alarms; empty unless lines are selected by it
+  std::vector<std::int32_t> selected;    ///< ascending
 };
 
 /// One Region for each selected node, in the same order, without its contrast. Means and deviation are those of the

@@ -1,9 +1,27 @@
 #include "stages/mser/level_lines.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace meshmser {
 namespace {
+
+/// Calls `visit(half-edge, node)` for each level edge of each node, half-edges ascending.
+template <class Visitor>
+void visit_level_edges(const SurfaceView& surface, const ComponentTree& tree, Visitor visit) {
+  for (std::size_t h = 0; h < surface.twins.size(); ++h) {
+    if (surface.twins[h] < 0) continue;
+    const std::int32_t node = tree.node_of_triangle[h / 3];
+    const std::int32_t end = tree.node_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
+    if (node < 0 || node == end) continue;
+    if (end >= 0 && tree.hi_of_node[static_cast<std::size_t>(node)] < tree.hi_of_node[static_cast<std::size_t>(end)])
+      continue;
+    // Of two neighbours the one of higher level lies in a descendant of the other's node: every node in between ends
+    // here.
+    for (std::int32_t n = node; n >= 0 && n != end; n = tree.parent_of_node[static_cast<std::size_t>(n)])
+      visit(h, static_cast<std::size_t>(n));
+  }
+}
 
 /// The nodes that `wanted(node)`; roots only where marked.
 template <class Wanted>
@@ -25,23 +43,22 @@ std::vector<std::int32_t> select_if(const ComponentTree& tree, std::span<const s
 
 std::vector<double> level_line_lengths(const SurfaceView& surface, const ComponentTree& tree) {
   std::vector<double> lengths(tree.num_nodes(), 0);
-  for (std::size_t h = 0; h < surface.twins.size(); ++h) {
-    if (surface.twins[h] < 0) continue;
-    const std::int32_t node = tree.node_of_triangle[h / 3];
-    const std::int32_t end = tree.node_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
-    if (node < 0 || node == end) continue;
-    if (end >= 0 && tree.hi_of_node[static_cast<std::size_t>(node)] < tree.hi_of_node[static_cast<std::size_t>(end)])
-      continue;
+  visit_level_edges(surface, tree, [&](std::size_t h, std::size_t node) {
     const auto& corners = surface.triangles[h / 3];
-    const double length = (surface.positions[static_cast<std::size_t>(corners[h % 3])] -
-                           surface.positions[static_cast<std::size_t>(corners[(h + 1) % 3])])
-                              .norm();
-    // Of two neighbours the one of higher level lies in a descendant of the other's node: every node in between ends
-    // here.
-    for (std::int32_t n = node; n >= 0 && n != end; n = tree.parent_of_node[static_cast<std::size_t>(n)])
-      lengths[static_cast<std::size_t>(n)] += length;
-  }
+    lengths[node] += (surface.positions[static_cast<std::size_t>(corners[h % 3])] -
+                      surface.positions[static_cast<std::size_t>(corners[(h + 1) % 3])])
+                         .norm();
+  });
   return lengths;
+}
+
+std::vector<double> least_gradients(const SurfaceView& surface, const ComponentTree& tree,
+                                    std::span<const double> gradients) {
+  std::vector<double> least(tree.num_nodes(), std::numeric_limits<double>::infinity());
+  visit_level_edges(surface, tree, [&](std::size_t h, std::size_t node) {
+    least[node] = std::min(least[node], gradients[static_cast<std::size_t>(surface.twins[h] / 3)]);
+  });
+  return least;
 }
 
 std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<const double> length_of_node, double least,

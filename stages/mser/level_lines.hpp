@@ -15,6 +15,11 @@ namespace meshmser {
 /// borders.
 std::vector<double> level_line_lengths(const SurfaceView& surface, const ComponentTree& tree);
 
+/// The least gradient on the triangles just beyond each node's level edges (#N), which its level line crosses; infinite
+/// for nodes without a level edge. `gradients`: #F, of triangle_gradients. Linear as level_line_lengths.
+std::vector<double> least_gradients(const SurfaceView& surface, const ComponentTree& tree,
+                                    std::span<const double> gradients);
+
 /// The nodes whose level line is at least `least` long, ascending; roots only where marked in `open_root_of_node` (see
 /// open_roots). `fates` (#N), where given, tells why not of every other node. Digne et al. 2010, figure 7 b, c.
 std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<const double> length_of_node, double least,

@@ -16,6 +16,8 @@ struct MserParameters {
   Against against = Against::kChildren;
   std::optional<Length> min_length;
   std::optional<double> level;
+  double max_false_alarms = 1;
+  Length independent = spacings(12);
   Area min_area = spacings2(60);
   std::optional<Area> max_area;
   std::optional<double> max_variation;

@@ -19,6 +19,8 @@ struct NodeFate {
     kNotOnBranch,       ///< `rival` is the node of least q that was taken on the way to the same maximum
     kShortLine,         ///< its level line is shorter than asked for
     kOtherLevel,        ///< not a component of the level asked for
+    kFalseAlarm,        ///< a level line as long and steep may well be chance
+    kLessMeaningful,    ///< `rival`, of the same monotone section, has fewer false alarms
     kFiltered,          ///< `filter` took it out, for `rival` where there is one
   };
   Kind kind = Kind::kRegion;

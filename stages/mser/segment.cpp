@@ -10,6 +10,7 @@
 #include "stages/mser/grow.hpp"
 #include "stages/mser/label_triangles.hpp"
 #include "stages/mser/level_lines.hpp"
+#include "stages/mser/meaningful.hpp"
 #include "stages/mser/merge.hpp"
 #include "stages/mser/patches.hpp"
 #include "stages/mser/persistence.hpp"
@@ -38,6 +39,8 @@ void check(const SegmentInputs& inputs, const SegmentParameters& parameters) {
     expect("the list of normals", inputs.normals.size(), num_vertices);
     if (!(parameters.flood_width > 0)) throw StageError("flooding facets needs a width greater than 0");
   }
+  if (parameters.select == Select::kMeaningful && !(parameters.independent > 0 && parameters.max_false_alarms > 0))
+    throw StageError("selecting meaningful lines needs a distance and a number of false alarms greater than 0");
   if (parameters.merge == Merge::kTurning && !(parameters.turning_radius > 0))
     throw StageError("merging by turning needs a radius greater than 0");
 }
@@ -105,16 +108,35 @@ std::vector<std::int32_t> select_nodes(const SegmentInputs& inputs, const Compon
   if (selects_by_maxima(parameters)) return leaves_of(known.maxima);
   const std::vector<std::uint8_t> open = open_roots(tree, inputs.surface.twins, inputs.level_sets.excluded_of_triangle);
   if (parameters.select == Select::kLevel) return select_level(tree, parameters.level, open, fates);
+  if (parameters.select == Select::kMeaningful)
+    return select_meaningful(tree, known.log_false_alarms, std::log10(parameters.max_false_alarms), open, fates);
   if (parameters.select == Select::kMser)
     return select_mser(tree, known.changes, {parameters.delta, parameters.against}, open, fates);
   return select_length(tree, level_line_lengths(inputs.surface, tree), parameters.min_length, open, fates);
 }
 
+/// log_false_alarms of every tree.
+void count_false_alarms(const SegmentInputs& inputs, std::span<const double> areas, double independent,
+                        std::vector<TreeSelection>& selections, const Execution& execution) {
+  const std::vector<ComponentTree>& trees = inputs.level_sets.trees;
+  const std::vector<double> gradients = triangle_gradients(inputs.surface, inputs.level_sets.values, execution);
+  const GradientShare share(gradients, areas);
+  ChanceParameters chance{independent, 0};
+  for (const ComponentTree& tree : trees) chance.num_lines += static_cast<std::int64_t>(tree.num_nodes());
+  for (std::size_t i = 0; i < trees.size(); ++i)
+    selections[i].log_false_alarms =
+        log_false_alarms(level_line_lengths(inputs.surface, trees[i]),
+                         least_gradients(inputs.surface, trees[i], gradients), share, chance);
+}
+
 std::vector<TreeSelection> select_in_trees(const SegmentInputs& inputs, const SegmentParameters& parameters,
-                                           std::vector<FilterCount>& counts, std::vector<NodeFates>* fates) {
+                                           std::span<const double> areas, std::vector<FilterCount>& counts,
+                                           std::vector<NodeFates>* fates, const Execution& execution) {
   const std::vector<ComponentTree>& trees = inputs.level_sets.trees;
   std::vector<TreeSelection> selections(trees.size());
   const Significance significance{parameters.min_persistence, parameters.min_area};
+  if (parameters.select == Select::kMeaningful)
+    count_false_alarms(inputs, areas, parameters.independent, selections, execution);
   for (std::size_t i = 0; i < selections.size(); ++i) {
     selections[i].changes = change_of_nodes(trees[i], parameters.delta);
     selections[i].maxima = find_maxima(trees[i]);
@@ -254,7 +276,7 @@ RegionSelection select_regions(const SegmentInputs& inputs, const SegmentParamet
   }
   RegionSelection result;
   execution.report("selecting regions", 0, 4);
-  result.selections = select_in_trees(inputs, parameters, result.filters, fates);
+  result.selections = select_in_trees(inputs, parameters, areas, result.filters, fates, execution);
   execution.report("filtering regions", 1, 4);
   result.contrasts.resize(trees.size());
   filter_selections(inputs.surface, inputs.level_sets, triangle_values, areas, parameters, result.selections,

@@ -16,7 +16,7 @@
 
 namespace meshmser {
 
-enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch, kLength, kLevel };
+enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch, kLength, kLevel, kMeaningful };
 enum class Grow : std::uint8_t { kNone, kAbsorb, kWatershed };
 enum class FloodBy : std::uint8_t { kStrength, kFacets, kLikeness };
 enum class Merge : std::uint8_t { kNone, kSaliency, kTurning };
@@ -27,8 +27,10 @@ struct SegmentParameters {
   std::int32_t delta = 3;  ///< level steps
   Against against = Against::kChildren;
 
-  double min_length = 0;  ///< kLength: of a level line, in coordinate units
-  double level = 0;       ///< kLevel: in units of S
+  double min_length = 0;        ///< kLength: of a level line, in coordinate units
+  double level = 0;             ///< kLevel: in units of S
+  double max_false_alarms = 1;  ///< kMeaningful: expected number of lines by chance
+  double independent = 0;       ///< kMeaningful: distance from which gradients along a line are independent
 
   // Filters, in this order. For persistence and stable_branch min_area and min_persistence say which maxima are
   // significant instead.

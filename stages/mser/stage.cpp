@@ -18,7 +18,8 @@ struct EnumNames<Select> {
                                                               {Select::kPersistence, "persistence"},
                                                               {Select::kStableBranch, "stable_branch"},
                                                               {Select::kLength, "length"},
-                                                              {Select::kLevel, "level"}};
+                                                              {Select::kLevel, "level"},
+                                                              {Select::kMeaningful, "meaningful"}};
 };
 template <>
 struct EnumNames<Against> {
@@ -146,6 +147,8 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
   p.against = given.against;
   p.min_length = given.min_length.value_or(Length{}).resolve(scale);
   p.level = given.level.value_or(0);
+  p.max_false_alarms = given.max_false_alarms;
+  p.independent = given.independent.resolve(scale);
   p.min_area = given.min_area.resolve(scale);
   if (given.max_area) p.max_area = given.max_area->resolve(scale);
   if (given.max_variation) p.max_variation = *given.max_variation;
@@ -184,13 +187,19 @@ struct MserStage {
     s.parameter("select", &P::select,
                 "What makes a region: a local minimum of change over levels (mser), the largest part with one "
                 "significant maximum (persistence), the least change within such a part (stable_branch), every level "
-                "line of at least min_length (length), or the parts above or below one level (level).");
+                "line of at least min_length (length), the parts above or below one level (level), or the level lines "
+                "steeper than chance allows "
+                "(meaningful).");
     s.parameter("delta", &P::delta, range(1, 1e6), "levels", "Level steps up and down over which change is measured.");
     s.parameter("against", &P::against,
                 "Whether a region must change less than all its children in the tree, or than the largest only.");
     s.parameter("min_length", &P::min_length, more_than(0), "", "Of a level line, for select: length.");
     s.parameter("level", &P::level, Range{}, "scalar",
                 "For select: level; the nearest level of the tree below it counts.");
+    s.parameter("max_false_alarms", &P::max_false_alarms, more_than(0), "lines",
+                "For select: meaningful; so many lines as long and steep as one selected may be expected by chance.");
+    s.parameter("independent", &P::independent, more_than(0), "",
+                "For select: meaningful; from this distance along a line gradients count as independent.");
     s.parameter("min_area", &P::min_area, at_least(0), "",
                 "Smaller regions are left out; with persistence and stable_branch smaller parts are not significant.");
     s.parameter("max_area", &P::max_area, more_than(0), "", "Larger regions are left out.");

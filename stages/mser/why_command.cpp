@@ -107,6 +107,10 @@ std::string words(const ExplainedNode& node, const RegionSelection& selection, c
   using Kind = NodeFate::Kind;
   const NodeFate& fate = node.fate;
   const auto rival_q = [&] { return number(stability_of_node(tree, known.changes, fate.rival)); };
+  const auto false_alarms = [&](std::int32_t of) {
+    const double log_alarms = known.log_false_alarms[static_cast<std::size_t>(of)];
+    return log_alarms > -5 ? number(std::pow(10, log_alarms)) : fmt::format("1e{:.0f}", log_alarms);
+  };
   switch (fate.kind) {
     case Kind::kRegion:
       return fmt::format("REGION {}", node.region);
@@ -131,6 +135,11 @@ std::string words(const ExplainedNode& node, const RegionSelection& selection, c
       return fmt::format("not selected: its level line is shorter than {}", number(p.min_length));
     case Kind::kOtherLevel:
       return fmt::format("not selected: it does not belong to the level at {}", number(p.level));
+    case Kind::kFalseAlarm:
+      return fmt::format("not selected: {} lines like its own are expected by chance", false_alarms(node.node));
+    case Kind::kLessMeaningful:
+      return fmt::format("not selected: node {}, in the same chain, has fewer false alarms: {} instead of {}",
+                         fate.rival, false_alarms(fate.rival), false_alarms(node.node));
     case Kind::kFiltered:
       break;
   }

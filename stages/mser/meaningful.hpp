@@ -1,0 +1,53 @@
+#pragma once
+/// Meaningful level lines: those along which the scalar is steeper than chance allows.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pipeline/artifacts/level_set_trees.hpp"
+#include "stages/common/surface.hpp"
+#include "stages/mser/node_fate.hpp"
+
+namespace meshmser {
+
+/// The length of the gradient of the linear scalar on each triangle (#F); infinite on triangles without area, not a
+/// number where a corner's value is none. `values`: #V. O(F).
+std::vector<double> triangle_gradients(const SurfaceView& surface, std::span<const double> values,
+                                       const Execution& execution = {});
+
+/// The share of a surface's area on which the gradient is at least so much.
+class GradientShare {
+ public:
+  /// `gradients`, `areas`: #F; triangles without a finite gradient do not count. Sorting.
+  GradientShare(std::span<const double> gradients, std::span<const double> areas);
+  /// 0 above the steepest triangle. A binary search.
+  double at_least(double gradient) const;
+
+ private:
+  std::vector<double> gradients_;  ///< ascending
+  std::vector<double> share_;      ///< of each and those after it
+};
+
+struct ChanceParameters {
+  double independent = 0;      ///< distance along a line from which gradients count as independent, > 0
+  std::int64_t num_lines = 0;  ///< that could be mistaken: the nodes of all trees
+};
+
+/// log10 of the number of false alarms of each node's level line (#N),
+///     num_lines x (share of the surface at least as steep as the line's flattest place) ^ (length / independent):
+/// so many lines as long and as steep are expected by chance. `length_of_node` of level_line_lengths,
+/// `gradient_of_node` of least_gradients. Infinite for nodes without a level line. O(N log F).
+/// Desolneux, Moisan, Morel, "Edge detection by Helmholtz principle", 2001, on a surface in place of an image.
+std::vector<double> log_false_alarms(std::span<const double> length_of_node, std::span<const double> gradient_of_node,
+                                     const GradientShare& share, const ChanceParameters& parameters);
+
+/// The maximal meaningful nodes, ascending: of each monotone section of the tree (nodes joined by links to an only
+/// child) the one of fewest false alarms, ties to the larger, where these are at most 10^`log_most`. Roots only where
+/// marked in `open_root_of_node` (see open_roots). `fates` (#N), where given, tells why not of every other node. O(N).
+/// Desolneux, Moisan, Morel, as above.
+std::vector<std::int32_t> select_meaningful(const ComponentTree& tree, std::span<const double> log_alarms_of_node,
+                                            double log_most, std::span<const std::uint8_t> open_root_of_node = {},
+                                            NodeFates* fates = nullptr);
+
+}  // namespace meshmser

@@ -1,0 +1,204 @@
+#include "stages/mser/meaningful.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "stages/mser/level_lines.hpp"
+#include "stages/mser/segment.hpp"
+#include "stages/tree/component_tree.hpp"
+#include "stages/tree/levels.hpp"
+#include "tests/unit/mser/hand_made_tree.hpp"
+#include "tests/unit/mser/height_field.hpp"
+
+namespace meshmser {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+LevelSetTrees upper_tree_of(const HeightField& field, std::vector<double> values, double step, int num_levels) {
+  LevelSetTrees trees;
+  trees.values = std::move(values);
+  std::vector<double> levels = {-kInfinity};
+  for (int k = 0; k < num_levels; ++k) levels.push_back((k - num_levels / 2 + 0.5) * step);
+  const auto of_vertex = levels_of_vertices(trees.values, levels, 1);
+  ComponentTree tree =
+      build_component_tree(field.twins, field.areas, levels_of_triangles(field.triangles, of_vertex, {}),
+                           static_cast<std::int32_t>(levels.size()));
+  tree.levels = levels;
+  trees.trees.push_back(std::move(tree));
+  return trees;
+}
+
+bool holds(const ComponentTree& tree, std::int32_t outer, std::int32_t inner) {
+  while (inner >= 0 && inner != outer) inner = tree.parent_of_node[static_cast<std::size_t>(inner)];
+  return inner == outer;
+}
+
+// From the sets of triangles alone: the edges between a node's triangles and others, the flattest triangle beyond them,
+// the share of area as steep, and of each chain without branches the line of fewest false alarms.
+TEST(Meaningful, AgreesWithTheDefinition) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> noise(0, 1);
+    const HeightField field = make_height_field(14, 11, [&](double x, double) { return x / 3; });
+    const auto values = field.values([&](const Eigen::Vector3d& p) {
+      return 3 * std::sin(p.x() / 2) * std::cos(p.y() / 3) + noise(random) * (seed % 3);
+    });
+    const LevelSetTrees trees = upper_tree_of(field, values, 0.5, 16);
+    const ComponentTree& tree = trees.trees[0];
+    const auto num_nodes = static_cast<std::int32_t>(tree.num_nodes());
+
+    const std::size_t num_triangles = field.triangles.size();
+    std::vector<double> gradients;
+    for (const auto& corners : field.triangles) {
+      // The plane is z = x / 3: S as a function of x and y, then along the slope.
+      const auto p = [&](std::size_t k) { return field.positions[static_cast<std::size_t>(corners[k])]; };
+      const auto s = [&](std::size_t k) { return values[static_cast<std::size_t>(corners[k])]; };
+      Eigen::Matrix2d steps;
+      steps << (p(1) - p(0)).head<2>().transpose(), (p(2) - p(0)).head<2>().transpose();
+      const Eigen::Vector2d slope = steps.inverse() * Eigen::Vector2d(s(1) - s(0), s(2) - s(0));
+      gradients.push_back(std::hypot(slope.x() / std::sqrt(1 + 1.0 / 9), slope.y()));
+    }
+    const std::vector<double> computed = triangle_gradients(field.view(), values);
+    for (std::size_t t = 0; t < num_triangles; ++t) EXPECT_NEAR(computed[t], gradients[t], 1e-12);
+    gradients = computed;
+
+    const double independent = 2.5;
+    std::vector<double> lengths, least, log_alarms;
+    for (std::int32_t node = 0; node < num_nodes; ++node) {
+      const auto inside = [&](std::size_t t) { return holds(tree, node, tree.node_of_triangle[t]); };
+      double length = 0, flattest = kInfinity;
+      for (std::size_t t = 0; t < num_triangles; ++t)
+        for (std::size_t u = 0; u < num_triangles; ++u) {
+          if (!inside(t) || inside(u)) continue;
+          std::vector<std::int32_t> common;
+          for (const std::int32_t v : field.triangles[t])
+            if (std::count(field.triangles[u].begin(), field.triangles[u].end(), v) > 0) common.push_back(v);
+          if (common.size() != 2) continue;
+          length += (field.positions[static_cast<std::size_t>(common[0])] -
+                     field.positions[static_cast<std::size_t>(common[1])])
+                        .norm();
+          flattest = std::min(flattest, gradients[u]);
+        }
+      double steep = 0, all = 0;
+      for (std::size_t t = 0; t < num_triangles; ++t) {
+        all += field.areas[t];
+        if (gradients[t] >= flattest) steep += field.areas[t];
+      }
+      lengths.push_back(length);
+      least.push_back(flattest);
+      log_alarms.push_back(length > 0 ? std::log10(num_nodes) + length / independent * std::log10(steep / all)
+                                      : kInfinity);
+    }
+    EXPECT_THAT(level_line_lengths(field.view(), tree), testing::Pointwise(testing::DoubleNear(1e-9), lengths));
+    EXPECT_EQ(least_gradients(field.view(), tree, gradients), least);
+    const GradientShare share(gradients, field.areas);
+    const std::vector<double> logs =
+        log_false_alarms(level_line_lengths(field.view(), tree), least_gradients(field.view(), tree, gradients), share,
+                         {independent, num_nodes});
+    for (std::size_t n = 0; n < logs.size(); ++n)
+      if (std::isinf(log_alarms[n])) {
+        EXPECT_EQ(logs[n], kInfinity);
+      } else {
+        EXPECT_NEAR(logs[n], log_alarms[n], 1e-9);
+      }
+
+    for (const double log_most : {-3.0, 0.0, 2.0}) {
+      std::vector<std::int32_t> expected;
+      for (std::int32_t a = 0; a < num_nodes; ++a) {
+        const auto i = static_cast<std::size_t>(a);
+        if (tree.parent_of_node[i] < 0 || logs[i] > log_most) continue;
+        bool best = true;
+        for (std::int32_t b = 0; b < num_nodes; ++b) {
+          const std::int32_t outer = std::max(a, b), inner = std::min(a, b);
+          const auto j = static_cast<std::size_t>(b);
+          if (a == b || tree.parent_of_node[j] < 0 || !holds(tree, outer, inner)) continue;
+          bool chain = true;
+          for (std::int32_t n = inner; n != outer; n = tree.parent_of_node[static_cast<std::size_t>(n)])
+            chain = chain && std::count(tree.parent_of_node.begin(), tree.parent_of_node.end(),
+                                        tree.parent_of_node[static_cast<std::size_t>(n)]) == 1;
+          if (chain && (logs[j] < logs[i] || (logs[j] == logs[i] && b > a))) best = false;
+        }
+        if (best) expected.push_back(a);
+      }
+      EXPECT_EQ(select_meaningful(tree, logs, log_most), expected) << log_most;
+    }
+  }
+}
+
+TEST(SelectMeaningful, TakesTheBestOfEachSectionAndTellsWhy) {
+  // 0 - 1 - 2 is a chain below the root 5; 3 - 4 another.
+  const ComponentTree tree = make_tree({{1, 5, 1}, {2, 4, 1}, {5, 3, 1}, {4, 5, 1}, {5, 4, 1}, {-1, 1, 1}}, 5);
+  const std::vector<double> logs = {-4, -9, -9, 1, 3, kInfinity};
+  NodeFates fates(6);
+  EXPECT_THAT(select_meaningful(tree, logs, 0, {}, &fates), ElementsAre(2));
+  EXPECT_EQ(fates[0], (NodeFate{NodeFate::Kind::kLessMeaningful, -1, 2}));
+  EXPECT_EQ(fates[1], (NodeFate{NodeFate::Kind::kLessMeaningful, -1, 2}));
+  EXPECT_EQ(fates[2].kind, NodeFate::Kind::kRegion);
+  EXPECT_EQ(fates[3].kind, NodeFate::Kind::kFalseAlarm);
+  EXPECT_EQ(fates[5].kind, NodeFate::Kind::kRoot);
+  EXPECT_THAT(select_meaningful(tree, logs, 1), ElementsAre(2, 3));
+}
+
+/// Noise of deviation 1 / 4 or so, smooth over two squares.
+std::vector<double> smooth_noise(std::int32_t size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<double> values(static_cast<std::size_t>((size + 1) * (size + 1)));
+  for (double& value : values) value = noise(random);
+  for (int step = 0; step < 2; ++step) {
+    const std::vector<double> before = values;
+    for (std::int32_t j = 0; j <= size; ++j)
+      for (std::int32_t i = 0; i <= size; ++i) {
+        double sum = 0;
+        int count = 0;
+        for (std::int32_t y = std::max(0, j - 1); y <= std::min(size, j + 1); ++y)
+          for (std::int32_t x = std::max(0, i - 1); x <= std::min(size, i + 1); ++x, ++count)
+            sum += before[static_cast<std::size_t>(y * (size + 1) + x)];
+        values[static_cast<std::size_t>(j * (size + 1) + i)] = sum / count;
+      }
+  }
+  return values;
+}
+
+// What the number of false alarms promises: noise gives hardly a line, a step in the same noise gives its outline.
+TEST(Segment, MeaningfulLinesAreNotNoise) {
+  const HeightField field = make_height_field(80, 80);
+  SegmentParameters parameters;
+  parameters.select = Select::kMeaningful;
+  parameters.independent = 10;
+  std::size_t by_chance = 0;
+  std::ptrdiff_t others = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    std::vector<double> values = smooth_noise(80, seed);
+    by_chance += segment({field.view(), upper_tree_of(field, values, 0.05, 60), {}, {}, {}}, parameters).regions.size();
+    for (std::size_t v = 0; v < values.size(); ++v)
+      if ((field.positions[v] - Eigen::Vector3d(40, 40, 0)).norm() < 20) values[v] += 2;
+    const Segmentation step = segment({field.view(), upper_tree_of(field, values, 0.05, 100), {}, {}, {}}, parameters);
+    const auto is_disc = [](const Region& region) { return std::abs(region.area - std::numbers::pi * 400) < 80; };
+    EXPECT_TRUE(std::any_of(step.regions.begin(), step.regions.end(), is_disc))
+        << seed << ": " << (step.regions.empty() ? 0 : step.regions[0].area);
+    others += std::count_if(step.regions.begin(), step.regions.end(), std::not_fn(is_disc));
+  }
+  EXPECT_LE(by_chance, 10U) << "one a surface is expected at most";
+  EXPECT_LE(others, 10);
+  parameters.independent = 0;
+  const LevelSetTrees flat = upper_tree_of(field, std::vector<double>(field.positions.size(), 0), 1, 4);
+  EXPECT_THROW(segment({field.view(), flat, {}, {}, {}}, parameters), StageError);
+  parameters.independent = 1;
+  EXPECT_TRUE(segment({field.view(), flat, {}, {}, {}}, parameters).regions.empty());
+}
+
+}  // namespace
+}  // namespace meshmser
