@@ -2,20 +2,15 @@
 // usage: node page_test.mjs MESHMSER SOURCE [FOLDER for screenshots]
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
+import { createHash } from "node:crypto";
 import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
+import { launch, open } from "./chromium.mjs";
 
 const [, , program, source, shots] = process.argv;
-const skip = (why) => { console.log(`skipped: ${why}`); process.exit(77); };
-const chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
-if (!chromium) skip("no chromium is installed; apt-get install chromium");
-const modules = join(source, "stages/report/page/node_modules");
-if (!existsSync(join(modules, "puppeteer-core"))) skip("the page's packages are not installed; npm ci in stages/report/page");
-const puppeteer = (await import(pathToFileURL(createRequire(join(modules, "x.js")).resolve("puppeteer-core")))).default;
-
+const browser = await launch(source);
 const folder = mkdtempSync(join(tmpdir(), "meshmser-page-"));
 const hostile = "<img src=x onerror=window.hacked=1>.ply";
 const title = "</script><script>window.hacked=1</script>";
@@ -36,26 +31,15 @@ stages:
 const ran = spawnSync(program, ["run", join(folder, "run.yaml"), "--out", join(folder, "out"), "--cache", join(folder, "cache"), "-q"], { encoding: "utf8" });
 assert.equal(ran.status, 0, ran.stderr);
 
-const browser = await puppeteer.launch({ executablePath: chromium, headless: true,
-  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"] });
 const problems = [];
 try {
-  const page = await browser.newPage();
-  await page.setViewport({ width: 1400, height: 950 });
-  page.on("console", (message) => { if (["error", "warn"].includes(message.type())) problems.push(`console: ${message.text()}`); });
-  page.on("pageerror", (error) => problems.push(`error: ${error.message}`));
-  const url = pathToFileURL(join(folder, "out/report.html")).href;
-  page.on("request", (request) => { if (request.url() !== url && !/^(data|blob):/.test(request.url())) problems.push(`request: ${request.url()}`); });
-  await page.goto(url);
-  await page.waitForFunction(() => document.documentElement.dataset.ready === "yes", { timeout: 60000 });
+  const page = await open(browser, join(folder, "out/report.html"), problems);
   const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => { window.meshmser.view.drawStanding(); requestAnimationFrame(done); })));
   const shot = async (name) => {
     await drawn();
     if (shots) { mkdirSync(shots, { recursive: true }); await page.screenshot({ path: join(shots, name + ".png") }); }
-    return createHash(await (await page.$("#stage3d")).screenshot());
+    return createHash("sha256").update(await (await page.$("#stage3d")).screenshot()).digest("hex");
   };
-  const { createHash: hash } = await import("node:crypto");
-  function createHash(bytes) { return hash("sha256").update(bytes).digest("hex"); }
   const text = (selector) => page.$eval(selector, (element) => element.textContent);
   const rows = () => page.$$eval("#table tbody tr", (all) => all.map((row) => Number(row.dataset.row)));
   // A pixel in the middle of a triangle of that label that is not hidden by another.
@@ -213,7 +197,7 @@ try {
   const session = await page.createCDPSession();
   await session.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder });
   await page.click("#png");
-  for (let i = 0; i < 50 && !existsSync(join(folder, "view.png")); i++) await new Promise((done) => setTimeout(done, 100));
+  for (let i = 0; i < 600 && !existsSync(join(folder, "view.png")); i++) await new Promise((done) => setTimeout(done, 100));
   const png = readFileSync(join(folder, "view.png"));
   assert.equal(png.subarray(1, 4).toString(), "PNG");
   assert.equal(png.readUInt32BE(16), await page.$eval("#canvas", (canvas) => canvas.width));
@@ -224,7 +208,7 @@ try {
   await page.click("#tab-Compare");
   const compare = async (path) => {
     await (await page.$("#other")).uploadFile(path);
-    await page.waitForFunction(() => document.querySelectorAll("#compared table").length >= 2, { timeout: 30000 });
+    await page.waitForFunction(() => document.querySelectorAll("#compared table").length >= 2, { timeout: 120000 });
     return page.$$eval("#compared table", (all) => all.map((table) => [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent))));
   };
   const self = await compare(join(folder, "out/report.html"));
@@ -255,7 +239,7 @@ try {
   await page.click(`#table tr[data-row="${facing}"]`);
   const fetched = async (button, name) => {
     await page.click(button);
-    for (let i = 0; i < 50 && !existsSync(join(folder, name)); i++) await new Promise((done) => setTimeout(done, 100));
+    for (let i = 0; i < 600 && !existsSync(join(folder, name)); i++) await new Promise((done) => setTimeout(done, 100));
     return readFileSync(join(folder, name), "utf8");
   };
   const svg = await fetched("#svg", "borders.svg"), dxf = await fetched("#dxf", "borders.dxf");
