@@ -19,10 +19,7 @@ std::strong_ordering compare_region_areas(std::span<const ComponentTree> trees, 
 /// 1 + index of the smallest region at or above each node of a tree; 0: none.
 std::vector<std::int32_t> region_of_nodes(const ComponentTree& tree, std::span<const SelectedNode> regions,
                                           std::int32_t tree_index) {
-  std::vector<std::int32_t> region(tree.num_nodes(), 0);
-  for (std::size_t i = 0; i < regions.size(); ++i)
-    if (regions[i].tree == tree_index)
-      region[static_cast<std::size_t>(regions[i].node)] = static_cast<std::int32_t>(i) + 1;
+  std::vector<std::int32_t> region = number_of_nodes(tree, regions, tree_index);
   for (std::size_t n = tree.num_nodes(); n-- > 0;)
     if (region[n] == 0 && tree.parent_of_node[n] >= 0)
       region[n] = region[static_cast<std::size_t>(tree.parent_of_node[n])];
@@ -57,6 +54,15 @@ std::vector<SelectedNode> order_regions(std::span<const ComponentTree> trees,
               });
   }
   return regions;
+}
+
+std::vector<std::int32_t> number_of_nodes(const ComponentTree& tree, std::span<const SelectedNode> regions,
+                                          std::int32_t tree_index) {
+  std::vector<std::int32_t> number(tree.num_nodes(), 0);
+  for (std::size_t i = 0; i < regions.size(); ++i)
+    if (regions[i].tree == tree_index)
+      number[static_cast<std::size_t>(regions[i].node)] = static_cast<std::int32_t>(i) + 1;
+  return number;
 }
 
 std::vector<std::int32_t> label_triangles(std::span<const ComponentTree> trees, std::span<const SelectedNode> regions) {

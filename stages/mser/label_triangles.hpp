@@ -23,6 +23,11 @@ struct SelectedNode {
 std::vector<SelectedNode> order_regions(std::span<const ComponentTree> trees,
                                         std::span<const std::vector<std::int32_t>> selected_of_tree);
 
+/// The number (1 + its index) of the region that each node of a tree is; 0: none (#N), as extract_borders wants it.
+/// O(N).
+std::vector<std::int32_t> number_of_nodes(const ComponentTree& tree, std::span<const SelectedNode> regions,
+                                          std::int32_t tree_index = 0);
+
 /// The smallest region that contains each triangle, as 1 + its index in `regions`; 0: none (#F). Of two regions of
 /// equal area in different trees that of the earlier tree. O(N + F). Digne et al. 2010, algorithm 1, line 18.
 std::vector<std::int32_t> label_triangles(std::span<const ComponentTree> trees, std::span<const SelectedNode> regions);
