@@ -88,6 +88,14 @@ if(num_lines GREATER 40)
   message(FATAL_ERROR "docs/example/main.cpp has ${num_lines} lines, more than 40")
 endif()
 
+if(PYTHON)
+  check("running the Python example" ${CMAKE_COMMAND} -E env PYTHONPATH=${prefix}/${PYTHON_FOLDER}
+        ${PYTHON} ${SOURCE_FOLDER}/docs/example/regions_of_mesas.py)
+  if(NOT output MATCHES "region 1: upper, area 365,")
+    message(FATAL_ERROR "the Python example prints\n${output}")
+  endif()
+endif()
+
 # Every header in one source, every library linked whole: a dependency that the package forgets shows here.
 file(GLOB libraries ${prefix}/${LIBRARIES}/libmeshmser_*.a)
 list(TRANSFORM libraries REPLACE "^.*/libmeshmser_(.*)\\.a$" "meshmser::\\1" OUTPUT_VARIABLE rooms)
