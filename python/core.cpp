@@ -21,6 +21,7 @@
 #include "stages/mser/select_mser.hpp"
 #include "stages/mser/stability.hpp"
 #include "stages/tree/component_tree.hpp"
+#include "stages/tree/edit_tree.hpp"
 #include "stages/tree/levels.hpp"
 
 namespace meshmser::python {
@@ -307,7 +308,30 @@ void declare_trees(py::module_& module) {
       .def_property_readonly("first_node_of_subtree", view_property(&ComponentTree::first_node_of_subtree))
       .def_property_readonly("node_of_triangle", view_property(&ComponentTree::node_of_triangle),
                              "The smallest node that holds each triangle; -1: none.")
-      .def_property_readonly("level_of_triangle", [](const ComponentTree& t) { return to_array(rebuild_levels(t)); });
+      .def_property_readonly("level_of_triangle", [](const ComponentTree& t) { return to_array(rebuild_levels(t)); })
+      .def(
+          "cut",
+          [](const ComponentTree& t, double value) {
+            return to_array(interruptible(0, [&](const Execution&) {
+                              return cut_tree(t, level_of_value(t, value));
+                            }).component_of_triangle);
+          },
+          py::arg("value"),
+          "The component of each triangle in the level set at or next below a value of the scalar, numbered from 1 by "
+          "decreasing area; 0: in none.")
+      .def(
+          "simplify",
+          [](const ComponentTree& t, double min_area, double min_persistence) {
+            return interruptible(0, [&](const Execution&) {
+              ComponentTree result = simplify_tree(t, nodes_of_area(t, min_area));
+              return simplify_tree(result, nodes_of_persistence(result, min_persistence));
+            });
+          },
+          py::arg("min_area") = 0.0, py::arg("min_persistence") = 0.0,
+          "The tree without components smaller than min_area, then without maxima that last less than min_persistence.")
+      .def(
+          "reconstruct", [](const ComponentTree& t) { return to_array(reconstruct_triangle_values(t)); },
+          "The scalar as the tree has it, one value a triangle; NaN in no node.");
 
   module.def("build_component_tree", &build_tree, py::arg("surface"), py::arg("values"), py::arg("levels") = 64,
              py::arg("range") = std::pair<double, double>(0.02, 0.98), py::arg("polarity") = "upper",

@@ -1,35 +1,15 @@
 #pragma once
-/// Maxima of a component tree, how long they last, and the selections built on them (definitions 7).
+/// Selections built on the maxima of a component tree and on how long they last (definitions 7).
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "pipeline/artifacts/level_set_trees.hpp"
+#include "stages/common/maxima.hpp"
 #include "stages/mser/node_fate.hpp"
 
 namespace meshmser {
-
-/// The maxima (leaves) of a tree. Where two meet, the one of the higher level lives on; ties to the smaller triangle
-/// id.
-struct Maxima {
-  std::vector<std::int32_t> highest_of_node;  ///< #N: the leaf of the highest maximum in the node
-  std::vector<std::int32_t> top_of_leaf;      ///< #N: of a leaf the largest node in which it is the highest; else -1
-  std::vector<double> persistence_of_leaf;    ///< #N: of a leaf, in units of S; else 0
-
-  /// Of the highest maximum in a node.
-  double persistence_of_node(std::int32_t node) const {
-    return persistence_of_leaf[static_cast<std::size_t>(highest_of_node[static_cast<std::size_t>(node)])];
-  }
-};
-
-/// Finds the maxima. A root's highest maximum lasts over the whole range of the levels; an infinite h_1 counts as the
-/// low end of the range (see finite_levels). O(N + F), no dependence on order beyond triangle ids. Source: elder rule,
-/// Edelsbrunner, Letscher, Zomorodian 2002.
-Maxima find_maxima(const ComponentTree& tree);
-
-/// The levels with an infinite h_1 replaced by the low end of the range over which the others are laid.
-std::vector<double> finite_levels(std::span<const double> levels);
 
 struct Significance {
   double min_persistence = 0;  ///< a significant maximum lasts longer than this, in units of S

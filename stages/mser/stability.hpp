@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/artifacts/level_set_trees.hpp"
+#include "stages/common/tree_nodes.hpp"
 
 namespace meshmser {
 
@@ -25,11 +26,5 @@ double stability_of_node(const ComponentTree& tree, std::span<const std::int64_t
 
 /// Compares areas a 2^-exponent_a and b 2^-exponent_b, both >= 0, without rounding.
 std::strong_ordering compare_area(std::int64_t a, std::int32_t exponent_a, std::int64_t b, std::int32_t exponent_b);
-
-/// The smallest id among the triangles of each node, descendants included. O(N + F).
-std::vector<std::int32_t> smallest_triangle_of_nodes(const ComponentTree& tree);
-
-/// Area of a node in coordinate units squared.
-double area_of_node(const ComponentTree& tree, std::int32_t node);
 
 }  // namespace meshmser

@@ -71,6 +71,18 @@ class Arrays(unittest.TestCase):
         np.testing.assert_allclose(table["centroid"][:, :2], [[8, 8], [21, 8], [8, 8]])
         self.assertEqual(list(table["scalar_min"]), [0.5, 1, 1])
 
+    def test_trees_are_edited(self):
+        positions, triangles, values = terraces()
+        tree = meshmser.build_component_tree(meshmser.Surface(positions, triangles), values, levels=LEVELS)
+        lowest = values[triangles].min(axis=1)
+        np.testing.assert_array_equal(tree.reconstruct()[lowest > 0], lowest[lowest > 0])
+        self.assertEqual(list(np.bincount(tree.cut(0.5))), [856, 200, 96])
+        self.assertEqual(list(np.bincount(tree.cut(0.75))), [1024, 96, 32])
+        self.assertEqual(sorted(tree.simplify(min_area=17).area), [48, 100, 576])
+        self.assertEqual(tree.simplify(min_persistence=1).num_nodes, 4)
+        self.assertEqual(list(tree.simplify(min_persistence=1.5).area), [576])
+        self.assertEqual(tree.simplify().num_nodes, 4)
+
     def test_polarities_mirror(self):
         positions, triangles, values = terraces()
         surface = meshmser.Surface(positions, triangles)
