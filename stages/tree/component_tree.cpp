@@ -1,10 +1,14 @@
 #include "stages/tree/component_tree.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <mutex>
 #include <string>
+#include <utility>
 
 #include "stages/common/adjacency.hpp"
 #include "stages/common/exact_area.hpp"
@@ -29,65 +33,100 @@ struct OpenNode {
 
 constexpr std::int32_t kAdjacencyAhead = 8;
 constexpr std::int32_t kLevelsAhead = 4;
+constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
+/// Up to so many levels a chunk counts its triangles by level for itself.
+constexpr std::int32_t kFewLevels = 1 << 14;
+
+/// What the flood leaves: the queue array, in which the own triangles of every node stand side by side.
+struct Flooded {
+  std::vector<std::int32_t> queue;          ///< the triangles of level 1 and above
+  std::vector<std::int32_t> first_of_node;  ///< #N: place in the queue of a node's first own triangle
+  std::vector<std::int32_t> end_of_node;    ///< #N
+};
 
 /// Floods the mesh from its highest levels downward. Triangles wait in one first-in-first-out segment a level, all in
 /// one array; the segments' places follow from the histogram of levels, since every triangle is put exactly once. The
-/// part of a segment taken while a node is open is exactly the node's own triangles, so that ids can be given when it
-/// closes.
+/// part of a segment taken while a node is open is exactly the node's own triangles. `Level` holds every level; a
+/// narrow one keeps more of the mesh in the processor's cache.
+template <class Level>
 class Flood {
  public:
   Flood(std::span<const std::int32_t> twins, std::span<const std::int32_t> levels, std::int32_t num_levels,
-        ComponentTree& tree)
-      : twins_(twins), levels_(levels), waiting_(static_cast<std::size_t>(num_levels) + 1), tree_(tree) {
-    // One pass: the histogram of levels, and level 0, which is in no node, marked as seen.
-    const std::size_t n = levels.size();
-    segments_.resize(static_cast<std::size_t>(num_levels) + 2);
-    seen_.assign(n / 64 + 1, 0);
-    for (std::size_t begin = 0; begin < n; begin += 64) {
-      std::uint64_t without_level = 0;
-      const std::size_t end = std::min(n, begin + 64);
-      for (std::size_t t = begin; t < end; ++t) {
-        const auto level = static_cast<std::uint32_t>(levels[t]);
-        if (level > static_cast<std::uint32_t>(num_levels))
-          throw StageError("the level of triangle " + std::to_string(t) + " is " + std::to_string(levels[t]) +
-                           ", outside 0 .. " + std::to_string(num_levels) + ", the number of levels");
-        ++segments_[level + 1].head;
-        without_level |= static_cast<std::uint64_t>(level == 0) << (t - begin);
-      }
-      seen_[begin / 64] = without_level;
-    }
-    segments_[1].head = 0;  // level 0 never waits: its segment has no room
+        ComponentTree& tree, const Execution& execution)
+      : twins_(twins), waiting_(static_cast<std::size_t>(num_levels) + 1), tree_(tree) {
+    segments_.resize(static_cast<std::size_t>(num_levels) + 1);
+    take_levels(levels, num_levels, execution);
+    segments_[0].head = 0;  // level 0 never waits
     std::int32_t sum = 0;
-    for (Segment& segment : segments_) segment.head = segment.tail = sum += segment.head;
-    segments_.pop_back();
-    reserve_on_large_pages(queue_, static_cast<std::size_t>(sum));
-    queue_.resize(static_cast<std::size_t>(sum));
+    for (Segment& segment : segments_) {
+      sum += std::exchange(segment.head, sum);
+      segment.tail = segment.head;
+    }
+    reserve_on_large_pages(flooded_.queue, static_cast<std::size_t>(sum));
+    flooded_.queue.resize(static_cast<std::size_t>(sum));
   }
 
-  void run(const Execution& execution) {
-    for (std::size_t word = 0; word < seen_.size(); ++word) {
-      if (word % 1024 == 0) execution.check();
-      while (seen_[word] != ~std::uint64_t{0}) {
-        const std::size_t t = 64 * word + static_cast<std::size_t>(std::countr_one(seen_[word]));
-        if (t >= levels_.size()) break;
-        flood_from(static_cast<std::int32_t>(t), execution);
+  Flooded run(const Execution& execution) {
+    const std::size_t n = unmet_.size() - 1;
+    for (std::size_t t = 0; t < n;) {
+      constexpr std::size_t kAtOnce = sizeof(std::uint64_t) / sizeof(Level);
+      std::uint64_t some = 0;
+      if (t % kAtOnce == 0 && t + kAtOnce <= n) {
+        std::memcpy(&some, &unmet_[t], sizeof some);
+        if (some == 0) {
+          t += kAtOnce;
+          continue;
+        }
       }
+      if (unmet_[t] != 0) flood_from(static_cast<std::int32_t>(t), execution);
+      ++t;
     }
+    return std::move(flooded_);
   }
 
  private:
-  void put(std::int32_t triangle, std::int32_t level) {
-    const auto l = static_cast<std::size_t>(level);
-    waiting_.set(l);
-    __builtin_prefetch(&twins_[3 * static_cast<std::size_t>(triangle)]);
-    queue_[static_cast<std::size_t>(segments_[l].tail++)] = triangle;
+  /// The levels of all triangles, checked, and how many triangles have each, into the segments' heads.
+  void take_levels(std::span<const std::int32_t> levels, std::int32_t num_levels, const Execution& execution) {
+    reserve_on_large_pages(unmet_, levels.size() + 1);
+    unmet_.resize(levels.size() + 1);  // the last stands for no triangle
+    const auto n = static_cast<std::int64_t>(levels.size());
+    const auto limit = static_cast<std::uint32_t>(num_levels);
+    // Returns whether every level of the chunk is within range; those that are not are counted as level 0.
+    const auto take_chunk = [&](std::int64_t begin, std::int64_t end, auto&& count) {
+      bool good = true;
+      for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+        const auto level = static_cast<std::uint32_t>(levels[t]);
+        good &= level <= limit;
+        const std::uint32_t counted = level <= limit ? level : 0;
+        unmet_[t] = static_cast<Level>(counted);
+        count(counted);
+      }
+      return good;
+    };
+    std::atomic<bool> all_good{true};
+    if (num_levels <= kFewLevels) {
+      std::mutex mutex;
+      parallel_chunks(n, 4 * kTrianglesPerChunk, "", execution, [&](std::int64_t begin, std::int64_t end) {
+        std::vector<std::int32_t> own(segments_.size(), 0);
+        if (!take_chunk(begin, end, [&](std::uint32_t level) { ++own[level]; })) all_good = false;
+        const std::lock_guard lock(mutex);
+        for (std::size_t level = 0; level < own.size(); ++level) segments_[level].head += own[level];
+      });
+    } else {
+      all_good = take_chunk(0, n, [&](std::uint32_t level) { ++segments_[level].head; });
+    }
+    if (all_good) return;
+    const auto bad = std::find_if(levels.begin(), levels.end(),
+                                  [&](std::int32_t level) { return static_cast<std::uint32_t>(level) > limit; });
+    throw StageError("the level of triangle " + std::to_string(bad - levels.begin()) + " is " + std::to_string(*bad) +
+                     ", outside 0 .. " + std::to_string(num_levels) + ", the number of levels");
   }
 
   void open(std::int32_t level, std::int32_t first_node) {
     open_.push_back({level, first_node, segments_[static_cast<std::size_t>(level)].head});
   }
 
-  /// Gives the top node its id, its triangles and its children; returns the first node of its subtree.
+  /// Gives the top node its id and its children; returns the first node of its subtree.
   std::int32_t close() {
     const OpenNode node = open_.back();
     open_.pop_back();
@@ -95,32 +134,27 @@ class Flood {
     tree_.hi_of_node.push_back(node.level);
     tree_.first_node_of_subtree.push_back(node.first_node);
     tree_.parent_of_node.push_back(-1);
+    flooded_.first_of_node.push_back(node.first_taken);
+    flooded_.end_of_node.push_back(segments_[static_cast<std::size_t>(node.level)].head);
     // In postorder the children of `id` are the last nodes of the intervals that fill its own.
     for (std::int32_t child = id - 1; child >= node.first_node;
          child = tree_.first_node_of_subtree[static_cast<std::size_t>(child)] - 1)
       tree_.parent_of_node[static_cast<std::size_t>(child)] = id;
-    const std::int32_t end = segments_[static_cast<std::size_t>(node.level)].head;
-    for (std::int32_t i = node.first_taken; i < end; ++i)
-      tree_.node_of_triangle[static_cast<std::size_t>(queue_[static_cast<std::size_t>(i)])] = id;
     return node.first_node;
   }
 
   void flood_from(std::int32_t start, const Execution& execution) {
-    std::int32_t current = levels_[static_cast<std::size_t>(start)];
-    seen_[static_cast<std::size_t>(start) / 64] |= std::uint64_t{1} << (static_cast<std::size_t>(start) % 64);
+    std::int32_t current = std::exchange(unmet_[static_cast<std::size_t>(start)], Level{0});
     put(start, current);
     open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
     while (true) {
-      const auto l = static_cast<std::size_t>(current);
-      if (segments_[l].head < segments_[l].tail) {
-        const std::int32_t highest = take(current);
-        if (highest > current) {
-          current = highest;
-          open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
-        }
+      const std::int32_t higher = take_all(current);
+      if (higher > current) {
+        current = higher;
+        open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
         continue;
       }
-      waiting_.clear(l);
+      waiting_.clear(static_cast<std::size_t>(current));
       execution.check();
       const std::int32_t below = waiting_.highest_below(current);
       // Nodes above the next waiting level are complete.
@@ -132,108 +166,190 @@ class Flood {
     }
   }
 
-  /// Takes one triangle of the current level and puts its neighbours that were not met before; returns the highest
-  /// level put, or the current one.
-  std::int32_t take(std::int32_t current) {
-    Segment& segment = segments_[static_cast<std::size_t>(current)];
-    const std::int32_t place = segment.head++;
-    if (place + kAdjacencyAhead < segment.tail)
-      __builtin_prefetch(
-          &twins_[3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place + kAdjacencyAhead)])]);
-    if (place + kLevelsAhead < segment.tail) {
-      const std::size_t h = 3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place + kLevelsAhead)]);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto neighbour = static_cast<std::size_t>(std::max(twins_[h + k], 0)) / 3;
-        __builtin_prefetch(&levels_[neighbour]);
-        __builtin_prefetch(&seen_[neighbour / 64]);
-      }
-    }
-    const std::size_t h = 3 * static_cast<std::size_t>(queue_[static_cast<std::size_t>(place)]);
-    std::int32_t highest = current;
-    bool again = false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t twin = twins_[h + k];
-      if (twin < 0) continue;
-      const std::int32_t neighbour = triangle_of_half_edge(twin);
-      std::uint64_t& word = seen_[static_cast<std::size_t>(neighbour) / 64];
-      const std::uint64_t bit = std::uint64_t{1} << (static_cast<std::size_t>(neighbour) % 64);
-      if (word & bit) continue;
-      const std::int32_t level = levels_[static_cast<std::size_t>(neighbour)];
-      if (level > current) {
-        // Two higher neighbours may be of two components: the second waits until the first is flooded. This happens
-        // only where levels are not the least of corners, since else all but one neighbour share the least corner.
-        if (highest > current) {
-          again = true;
-          continue;
-        }
-        highest = level;
-      }
-      word |= bit;
-      put(neighbour, level);
-    }
-    if (again) --segment.head;
-    return highest;
+  /// Puts a triangle of a level where it waits.
+  void put(std::int32_t triangle, std::int32_t level) {
+    const auto l = static_cast<std::size_t>(level);
+    waiting_.set(l);
+    __builtin_prefetch(&twins_[3 * static_cast<std::size_t>(triangle)]);
+    flooded_.queue[static_cast<std::size_t>(segments_[l].tail++)] = triangle;
   }
 
-  std::span<const std::int32_t> twins_, levels_;
+  /// Takes triangles of the current level and puts their neighbours that were not met before, until a higher one has
+  /// been put, whose level it returns, or none waits, when it returns the current one.
+  std::int32_t take_all(std::int32_t current) {
+    Segment& segment = segments_[static_cast<std::size_t>(current)];
+    const std::int32_t* queue = flooded_.queue.data();
+    Level* unmet = unmet_.data();
+    const std::int32_t* twins = twins_.data();
+    const auto nobody = static_cast<std::uint32_t>(unmet_.size() - 1);
+    while (segment.head < segment.tail) {
+      const std::int32_t place = segment.head++;
+      if (place + kAdjacencyAhead < segment.tail)
+        __builtin_prefetch(&twins[3 * static_cast<std::size_t>(queue[place + kAdjacencyAhead])]);
+      if (place + kLevelsAhead < segment.tail) {
+        const std::size_t h = 3 * static_cast<std::size_t>(queue[place + kLevelsAhead]);
+        for (std::size_t k = 0; k < 3; ++k)
+          __builtin_prefetch(&unmet[static_cast<std::uint32_t>(std::max(twins[h + k], 0)) / 3], 1);
+      }
+      const std::size_t h = 3 * static_cast<std::size_t>(queue[place]);
+      std::int32_t highest = current;
+      bool again = false;
+      for (std::size_t k = 0; k < 3; ++k) {
+        // A missing twin, as an unsigned number, is beyond every triangle.
+        const std::uint32_t neighbour = std::min(static_cast<std::uint32_t>(twins[h + k]) / 3, nobody);
+        const std::int32_t level = unmet[neighbour];
+        if (level == 0) continue;
+        if (level > current) {
+          // Two higher neighbours may be of two components: the second waits until the first is flooded. This happens
+          // only where levels are not the least of corners, since else all but one neighbour share the least corner.
+          if (highest > current) {
+            again = true;
+            continue;
+          }
+          highest = level;
+        }
+        unmet[neighbour] = 0;
+        put(static_cast<std::int32_t>(neighbour), level);
+      }
+      if (highest > current) {
+        if (again) --segment.head;
+        return highest;
+      }
+    }
+    return current;
+  }
+
+  std::span<const std::int32_t> twins_;
+  std::vector<Level> unmet_;       ///< #F + 1: the level of a triangle not met before, 0 of others and at the end
   std::vector<Segment> segments_;  ///< a level
-  std::vector<std::int32_t> queue_;
-  std::vector<std::uint64_t> seen_;
   LevelBitmap waiting_;
   std::vector<OpenNode> open_;
+  Flooded flooded_;
   ComponentTree& tree_;
 };
 
-/// Exact areas of the nodes (definitions 6): own triangles first, then every node into its parent, children first.
-void sum_areas(std::span<const double> areas, ComponentTree& tree) {
+/// The greatest area of all triangles, of which every one is checked.
+double greatest_area(std::span<const double> areas, const Execution& execution) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  std::vector<double> greatest(areas.size() / static_cast<std::size_t>(kTrianglesPerChunk) + 1, 0);
+  std::atomic<bool> all_good{true};
+  parallel_chunks(static_cast<std::int64_t>(areas.size()), kTrianglesPerChunk, "", execution,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    // Four at a time, so that one comparison need not wait for the one before.
+                    std::array<double, 4> most{0, 0, 0, 0};
+                    std::array<bool, 4> good{true, true, true, true};
+                    const auto look = [&](std::size_t t, std::size_t lane) {
+                      good[lane] = good[lane] && areas[t] >= 0 && areas[t] <= kMost;
+                      most[lane] = areas[t] > most[lane] ? areas[t] : most[lane];
+                    };
+                    auto t = static_cast<std::size_t>(begin);
+                    for (; t + 4 <= static_cast<std::size_t>(end); t += 4)
+                      for (std::size_t lane = 0; lane < 4; ++lane) look(t + lane, lane);
+                    for (; t < static_cast<std::size_t>(end); ++t) look(t, 0);
+                    greatest[static_cast<std::size_t>(begin / kTrianglesPerChunk)] =
+                        *std::max_element(most.begin(), most.end());
+                    if (!(good[0] && good[1] && good[2] && good[3])) all_good = false;
+                  });
+  if (!all_good) {
+    const auto bad =
+        std::find_if(areas.begin(), areas.end(), [](double area) { return !(area >= 0 && area <= kMost); });
+    throw StageError("the area of triangle " + std::to_string(bad - areas.begin()) +
+                     " is not a finite number >= 0; check the coordinates of its corners");
+  }
+  return *std::max_element(greatest.begin(), greatest.end());
+}
+
+/// Of every node, how its root's areas are counted: by the greatest triangle and the number of triangles of the root.
+void choose_exponents(std::span<const double> areas, const Flooded& flooded, ComponentTree& tree,
+                      const Execution& execution) {
   const std::size_t n = tree.num_nodes();
-  for (std::size_t t = 0; t < areas.size(); ++t)
-    if (!(areas[t] >= 0 && areas[t] <= std::numeric_limits<double>::max()))
-      throw StageError("the area of triangle " + std::to_string(t) +
-                       " is not a finite number >= 0; check the coordinates of its corners");
-  // Roots in order; the nodes of root r are those after root r - 1 up to itself.
-  std::vector<std::int32_t> roots;
-  for (std::size_t i = 0; i < n; ++i)
-    if (tree.parent_of_node[i] < 0) roots.push_back(static_cast<std::int32_t>(i));
-  std::vector<std::int64_t> count(roots.size(), 0);
-  std::vector<double> greatest(roots.size(), 0);
-  if (roots.size() == 1) {
-    for (std::size_t t = 0; t < areas.size(); ++t) {
-      const bool in_tree = tree.node_of_triangle[t] >= 0;
-      count[0] += in_tree;
-      greatest[0] = std::max(greatest[0], in_tree ? areas[t] : 0.0);
-    }
-  } else {
-    // Only here it matters which root a triangle is under.
-    std::vector<std::int32_t> root_of_node(n);
-    for (std::size_t i = 0, r = 0; i < n; ++i) {
-      root_of_node[i] = static_cast<std::int32_t>(r);
-      r += tree.parent_of_node[i] < 0;
-    }
-    for (std::size_t t = 0; t < areas.size(); ++t) {
-      if (tree.node_of_triangle[t] < 0) continue;
-      const auto r = static_cast<std::size_t>(root_of_node[static_cast<std::size_t>(tree.node_of_triangle[t])]);
-      ++count[r];
-      greatest[r] = std::max(greatest[r], areas[t]);
-    }
-  }
-  tree.area_of_node.assign(n, 0);
+  const double greatest_of_all = greatest_area(areas, execution);
   tree.area_exponent_of_node.resize(n);
-  for (std::size_t i = 0, r = 0; i < n; ++i) {
-    tree.area_exponent_of_node[i] = area_exponent(count[r], greatest[r]);
-    r += tree.parent_of_node[i] < 0;
+  if (n > 0 && tree.first_node_of_subtree[n - 1] == 0 && flooded.queue.size() == areas.size()) {
+    std::fill(tree.area_exponent_of_node.begin(), tree.area_exponent_of_node.end(),
+              area_exponent(static_cast<std::int64_t>(areas.size()), greatest_of_all));
+    return;
   }
-  const std::int32_t only_exponent = roots.size() == 1 ? tree.area_exponent_of_node[0] : 0;
-  for (std::size_t t = 0; t < areas.size(); ++t) {
-    if (tree.node_of_triangle[t] < 0) continue;
-    const auto node = static_cast<std::size_t>(tree.node_of_triangle[t]);
-    tree.area_of_node[node] +=
-        area_in_units(areas[t], roots.size() == 1 ? only_exponent : tree.area_exponent_of_node[node]);
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+    // The nodes of a root are those after the root before, up to itself.
+    std::int64_t count = 0;
+    double greatest = 0;
+    bool is_root = false;
+    for (end = begin; !is_root; ++end) {
+      is_root = tree.parent_of_node[end] < 0;
+      count += flooded.end_of_node[end] - flooded.first_of_node[end];
+      for (std::int32_t i = flooded.first_of_node[end]; i < flooded.end_of_node[end]; ++i)
+        greatest = std::max(greatest, areas[static_cast<std::size_t>(flooded.queue[static_cast<std::size_t>(i)])]);
+    }
+    std::fill(tree.area_exponent_of_node.begin() + static_cast<std::ptrdiff_t>(begin),
+              tree.area_exponent_of_node.begin() + static_cast<std::ptrdiff_t>(end), area_exponent(count, greatest));
+  }
+}
+
+/// Exact areas of the nodes (definitions 6): own triangles first, then every node into its parent, children first.
+void sum_areas(std::span<const double> areas, const Flooded& flooded, ComponentTree& tree, const Execution& execution) {
+  choose_exponents(areas, flooded, tree, execution);
+  const std::size_t n = tree.num_nodes(), num_triangles = areas.size();
+  const bool one_exponent = n > 0 && tree.first_node_of_subtree[n - 1] == 0;
+  const std::int32_t only_exponent = one_exponent ? tree.area_exponent_of_node[0] : 0;
+  tree.area_of_node.assign(n, 0);
+  const auto add = [&](std::size_t begin, std::size_t end, std::vector<std::int64_t>& sums) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (tree.node_of_triangle[t] < 0) continue;
+      const auto node = static_cast<std::size_t>(tree.node_of_triangle[t]);
+      sums[node] += area_in_units(areas[t], one_exponent ? only_exponent : tree.area_exponent_of_node[node]);
+    }
+  };
+  // Whole numbers, so that it does not matter who adds which. Sums of one's own pay where nodes are few.
+  const int threads = thread_count(execution);
+  if (threads > 1 && num_triangles > static_cast<std::size_t>(kTrianglesPerChunk) && 16 * n < num_triangles) {
+    const std::int64_t parts = std::min(threads, 8);
+    const auto grain = (static_cast<std::int64_t>(num_triangles) + parts - 1) / parts;
+    std::mutex mutex;
+    parallel_chunks(static_cast<std::int64_t>(num_triangles), grain, "", execution,
+                    [&](std::int64_t begin, std::int64_t end) {
+                      std::vector<std::int64_t> own(n, 0);
+                      add(static_cast<std::size_t>(begin), static_cast<std::size_t>(end), own);
+                      const std::lock_guard lock(mutex);
+                      for (std::size_t i = 0; i < n; ++i) tree.area_of_node[i] += own[i];
+                    });
+  } else {
+    add(0, num_triangles, tree.area_of_node);
   }
   for (std::size_t i = 0; i < n; ++i) {
     const std::int32_t parent = tree.parent_of_node[i];
     if (parent >= 0) tree.area_of_node[static_cast<std::size_t>(parent)] += tree.area_of_node[i];
   }
+}
+
+/// Tells every triangle its node.
+void give_triangles_nodes(const Flooded& flooded, std::size_t num_triangles, ComponentTree& tree,
+                          const Execution& execution) {
+  reserve_on_large_pages(tree.node_of_triangle, num_triangles);
+  tree.node_of_triangle.assign(num_triangles, -1);
+  // Chunks of the queue would not know their nodes; chunks of nodes do, and begin where about as many triangles are.
+  std::vector<std::int32_t> first_node_of_chunk;
+  std::int64_t size = kTrianglesPerChunk;
+  const auto n = static_cast<std::int32_t>(tree.num_nodes());
+  for (std::int32_t node = 0; node < n; ++node) {
+    const auto i = static_cast<std::size_t>(node);
+    if (size >= kTrianglesPerChunk) {
+      first_node_of_chunk.push_back(node);
+      size = 0;
+    }
+    size += flooded.end_of_node[i] - flooded.first_of_node[i];
+  }
+  first_node_of_chunk.push_back(n);
+  parallel_chunks(static_cast<std::int64_t>(first_node_of_chunk.size()) - 1, 1, "", execution,
+                  [&](std::int64_t chunk, std::int64_t) {
+                    const auto c = static_cast<std::size_t>(chunk);
+                    for (std::int32_t node = first_node_of_chunk[c]; node < first_node_of_chunk[c + 1]; ++node) {
+                      const std::int32_t end = flooded.end_of_node[static_cast<std::size_t>(node)];
+                      for (std::int32_t i = flooded.first_of_node[static_cast<std::size_t>(node)]; i < end; ++i)
+                        tree.node_of_triangle[static_cast<std::size_t>(flooded.queue[static_cast<std::size_t>(i)])] =
+                            node;
+                    }
+                  });
 }
 
 }  // namespace
@@ -251,10 +367,11 @@ ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::spa
                      " triangles is too large: half-edge ids end at 715827882 triangles; split the mesh");
   if (num_levels < 0) throw StageError("the number of levels is negative");
   ComponentTree tree;
-  reserve_on_large_pages(tree.node_of_triangle, n);
-  tree.node_of_triangle.assign(n, -1);
-  Flood(twins, level_of_triangle, num_levels, tree).run(execution);
-  sum_areas(areas, tree);
+  Flooded flooded = num_levels <= std::numeric_limits<std::uint16_t>::max()
+                        ? Flood<std::uint16_t>(twins, level_of_triangle, num_levels, tree, execution).run(execution)
+                        : Flood<std::int32_t>(twins, level_of_triangle, num_levels, tree, execution).run(execution);
+  give_triangles_nodes(flooded, n, tree, execution);
+  sum_areas(areas, flooded, tree, execution);
   return tree;
 }
 

@@ -19,7 +19,8 @@ namespace meshmser {
 /// triangle of its own level. Areas are exact sums of the triangle areas rounded to units of 2^-e, where e is chosen by
 /// the greatest triangle and the number of triangles of the node's root alone. Throws StageError for more than 2^31 / 3
 /// triangles, a level out of range, an area that is not finite or negative, or arrays of differing sizes.
-/// Time linear in #F + num_levels; 9 bytes a triangle beside its result's.
+/// Time linear in #F + num_levels; 6 bytes a triangle (8 from 2^16 levels on) and 8 a node beside its result's. All but
+/// the flood itself runs on several threads; the result does not depend on how many.
 ///
 /// Source: Salembier, Oliveras, Garrido 1998 (hierarchical queues) with the component stack of Nister and Stewenius
 /// 2008; [LST] 2.3 defines the tree. Deviation from both: a level's triangles are taken first in, first out, from one

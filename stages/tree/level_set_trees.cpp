@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "pipeline/execution/error.hpp"
+#include "pipeline/execution/jobs.hpp"
 #include "stages/common/adjacency.hpp"
+#include "stages/common/parallel.hpp"
 #include "stages/common/surface.hpp"
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/local_mean.hpp"
@@ -103,28 +105,33 @@ LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const Vertex
   LevelParameters levels = parameters.levels;
   levels.noise = out.noise;
 
-  for (const Polarity polarity : {Polarity::kUpper, Polarity::kLower}) {
-    const bool lower = polarity == Polarity::kLower;
-    if (parameters.polarity == (lower ? PolarityChoice::kUpper : PolarityChoice::kLower)) continue;
+  std::vector<Polarity> polarities;
+  if (parameters.polarity != PolarityChoice::kLower) polarities.push_back(Polarity::kUpper);
+  if (parameters.polarity != PolarityChoice::kUpper) polarities.push_back(Polarity::kLower);
+  // Two trees know nothing of each other, so that each has half of the threads.
+  const int threads = thread_count(execution);
+  Execution for_one = execution;
+  for_one.threads = std::max(1, threads / static_cast<int>(polarities.size()));
+  out.trees.resize(polarities.size());
+  run_jobs(polarities.size(), threads, [&](std::size_t i) {
     execution.check();
+    const bool lower = polarities[i] == Polarity::kLower;
     std::vector<double> heights;
     std::vector<std::int32_t> level_of_vertex;
     if (levels.rule == LevelRule::kEveryValue && !(levels.delta_value > 0)) {
-      RankedValues ranked = rank_values(remaining, lower ? -1 : 1, execution);
+      RankedValues ranked = rank_values(remaining, lower ? -1 : 1, for_one);
       heights = std::move(ranked.levels);
       level_of_vertex = std::move(ranked.level_of_vertex);
     } else {
       heights = make_levels(remaining, weights, levels, lower);
-      level_of_vertex = levels_of_vertices(remaining, heights, lower ? -1 : 1, execution);
+      level_of_vertex = levels_of_vertices(remaining, heights, lower ? -1 : 1, for_one);
     }
     const std::vector<std::int32_t> level =
-        levels_of_triangles(mesh.triangles, level_of_vertex, out.excluded_of_triangle, execution);
-    ComponentTree tree =
-        build_component_tree(twins, areas, level, static_cast<std::int32_t>(heights.size()), execution);
-    tree.polarity = polarity;
-    tree.levels = std::move(heights);
-    out.trees.push_back(std::move(tree));
-  }
+        levels_of_triangles(mesh.triangles, level_of_vertex, out.excluded_of_triangle, for_one);
+    out.trees[i] = build_component_tree(twins, areas, level, static_cast<std::int32_t>(heights.size()), for_one);
+    out.trees[i].polarity = polarities[i];
+    out.trees[i].levels = std::move(heights);
+  });
   return result;
 }
 
