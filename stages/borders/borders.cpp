@@ -18,6 +18,7 @@ namespace {
 constexpr std::int32_t kNone = -1;
 /// Small enough to share out, large enough to cost nothing.
 constexpr std::int64_t kEdgesPerGroup = 1 << 15;
+constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
 
 std::size_t at(std::int32_t i) {
   return static_cast<std::size_t>(i);
@@ -33,10 +34,17 @@ struct RimLevels {
 };
 
 RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, std::span<const std::int32_t> levels,
-                    std::span<const std::int32_t> num_regions_of_node) {
+                    std::span<const std::int32_t> num_regions_of_node, const Execution& execution) {
   RimLevels rims;
-  for (std::size_t h = 0; h < surface.twins.size(); ++h)
-    if (surface.twins[h] < 0 && levels[h / 3] > 0) rims.half_edges.push_back(static_cast<std::int32_t>(h));
+  std::vector<std::vector<std::int32_t>> of_chunk((levels.size() + kTrianglesPerChunk - 1) / kTrianglesPerChunk);
+  parallel_chunks(static_cast<std::int64_t>(levels.size()), kTrianglesPerChunk, "", execution,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    std::vector<std::int32_t>& own = of_chunk[static_cast<std::size_t>(begin / kTrianglesPerChunk)];
+                    for (auto h = 3 * static_cast<std::size_t>(begin); h < 3 * static_cast<std::size_t>(end); ++h)
+                      if (surface.twins[h] < 0 && levels[h / 3] > 0) own.push_back(static_cast<std::int32_t>(h));
+                  });
+  for (const std::vector<std::int32_t>& own : of_chunk)
+    rims.half_edges.insert(rims.half_edges.end(), own.begin(), own.end());
   rims.least.assign(rims.half_edges.size(), kNone);
   auto index_of = [&](std::int32_t half_edge) {
     return static_cast<std::size_t>(std::lower_bound(rims.half_edges.begin(), rims.half_edges.end(), half_edge) -
@@ -71,77 +79,133 @@ RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, std::
   return rims;
 }
 
-/// Loops of owners with the half-edges first_of_owner[i] .. first_of_owner[i + 1], each ascending. Owners are traced in
-/// groups of about as many half-edges each; groups are put together in order, so that threads do not matter.
+struct Emitted {
+  std::int32_t owner;  ///< index into the owners, by ascending number
+  std::int32_t half_edge;
+};
+
+/// The border half-edges of all owners side by side.
+struct BorderEdges {
+  std::vector<std::int32_t> half_edges;      ///< by owner, then ascending
+  std::vector<std::int64_t> first_of_owner;  ///< #owners + 1
+};
+
+/// `emit(begin, end, list)` appends what the triangles begin .. end have, by ascending half-edge.
+template <class Emit>
+BorderEdges gather_border_edges(std::size_t num_triangles, std::size_t num_owners, Emit&& emit,
+                                const Execution& execution) {
+  std::vector<std::vector<Emitted>> of_chunk((num_triangles + kTrianglesPerChunk - 1) / kTrianglesPerChunk);
+  parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    // To the list's own size: all lists together are what takes most memory here.
+                    thread_local std::vector<Emitted> list;
+                    list.clear();
+                    emit(static_cast<std::size_t>(begin), static_cast<std::size_t>(end), list);
+                    of_chunk[static_cast<std::size_t>(begin / kTrianglesPerChunk)].assign(list.begin(), list.end());
+                  });
+  BorderEdges edges;
+  edges.first_of_owner.assign(num_owners + 1, 0);
+  for (const std::vector<Emitted>& list : of_chunk)
+    for (const Emitted& e : list) ++edges.first_of_owner[at(e.owner) + 1];
+  std::partial_sum(edges.first_of_owner.begin(), edges.first_of_owner.end(), edges.first_of_owner.begin());
+  edges.half_edges.resize(static_cast<std::size_t>(edges.first_of_owner.back()));
+  std::vector<std::int64_t> place(edges.first_of_owner.begin(), edges.first_of_owner.end() - 1);
+  for (std::vector<Emitted>& list : of_chunk) {
+    for (const Emitted& e : list) edges.half_edges[static_cast<std::size_t>(place[at(e.owner)]++)] = e.half_edge;
+    std::vector<Emitted>().swap(list);
+  }
+  return edges;
+}
+
+/// The loops of owners from their border half-edges. Owners are traced in the order given, which is to go from place to
+/// near place on the surface, in groups of about as many half-edges each; every owner's edges are written where its
+/// border half-edges were, so that neither order nor threads matter.
 template <class NumberOf, class InsideOf>
-BorderLoops trace_all(const SurfaceView& surface, std::span<const std::int32_t> half_edges,
-                      std::span<const std::int64_t> first_of_owner, NumberOf&& number_of, InsideOf&& inside_of,
-                      std::span<const std::int32_t> number_behind, const Execution& execution) {
+BorderLoops trace_all(const SurfaceView& surface, BorderEdges edges, std::span<const std::int32_t> order,
+                      NumberOf&& number_of, InsideOf&& inside_of, std::span<const std::int32_t> number_behind,
+                      const Execution& execution) {
+  const auto edges_of = [&](std::int32_t owner) {
+    return edges.first_of_owner[at(owner) + 1] - edges.first_of_owner[at(owner)];
+  };
   std::vector<std::size_t> first_of_group{0};
-  for (std::size_t i = 0; i + 1 < first_of_owner.size(); ++i)
-    if (first_of_owner[i + 1] - first_of_owner[first_of_group.back()] >= kEdgesPerGroup)
-      first_of_group.push_back(i + 1);
-  if (first_of_group.back() + 1 < first_of_owner.size()) first_of_group.push_back(first_of_owner.size() - 1);
+  std::int64_t size = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    size += edges_of(order[i]);
+    if (size < kEdgesPerGroup && i + 1 < order.size()) continue;
+    first_of_group.push_back(i + 1);
+    size = 0;
+  }
   const std::size_t num_groups = first_of_group.size() - 1;
-  std::vector<BorderLoops> groups(num_groups);
+  BorderLoops all;
+  all.half_edges = std::move(edges.half_edges);
+  all.kinds.resize(all.half_edges.size());
+  all.neighbours.resize(all.half_edges.size());
+  std::vector<std::vector<LoopTracer::Traced>> loops_of_group(num_groups);
+  std::vector<std::int64_t> dropped_of_group(num_groups, 0);
+  // Of every owner: its group, and where its loops begin and end there.
+  struct Found {
+    std::int32_t group = 0, begin = 0, end = 0;
+  };
+  std::vector<Found> found(order.size());
   // A tracer holds a bit a half-edge: as many are made as threads work at a time.
   std::mutex mutex;
   std::vector<std::unique_ptr<LoopTracer>> idle;
-  parallel_chunks(
-      static_cast<std::int64_t>(num_groups), 1, "borders", execution, [&](std::int64_t begin, std::int64_t) {
-        const auto group = static_cast<std::size_t>(begin);
-        std::unique_ptr<LoopTracer> tracer;
-        {
-          const std::lock_guard lock(mutex);
-          if (!idle.empty()) {
-            tracer = std::move(idle.back());
-            idle.pop_back();
-          }
-        }
-        if (!tracer) tracer = std::make_unique<LoopTracer>(surface);
-        BorderLoops& loops = groups[group];
-        const auto num_edges =
-            static_cast<std::size_t>(first_of_owner[first_of_group[group + 1]] - first_of_owner[first_of_group[group]]);
-        loops.half_edges.reserve(num_edges);
-        loops.kinds.reserve(num_edges);
-        loops.neighbours.reserve(num_edges);
-        loops.first_edge_of_loop.push_back(0);
-        for (std::size_t i = first_of_group[group]; i < first_of_group[group + 1]; ++i)
-          tracer->trace(half_edges.subspan(static_cast<std::size_t>(first_of_owner[i]),
-                                           static_cast<std::size_t>(first_of_owner[i + 1] - first_of_owner[i])),
-                        number_of(i), inside_of(i), number_behind, loops);
-        const std::lock_guard lock(mutex);
-        idle.push_back(std::move(tracer));
-      });
-  if (num_groups == 1) return std::move(groups[0]);
-  BorderLoops all;
+  parallel_chunks(static_cast<std::int64_t>(num_groups), 1, "borders", execution,
+                  [&](std::int64_t begin, std::int64_t) {
+                    const auto group = static_cast<std::size_t>(begin);
+                    std::unique_ptr<LoopTracer> tracer;
+                    {
+                      const std::lock_guard lock(mutex);
+                      if (!idle.empty()) {
+                        tracer = std::move(idle.back());
+                        idle.pop_back();
+                      }
+                    }
+                    if (!tracer) tracer = std::make_unique<LoopTracer>(surface);
+                    std::vector<LoopTracer::Traced>& loops = loops_of_group[group];
+                    for (std::size_t i = first_of_group[group]; i < first_of_group[group + 1]; ++i) {
+                      const auto owner = at(order[i]);
+                      const auto first = static_cast<std::size_t>(edges.first_of_owner[owner]);
+                      const auto count = static_cast<std::size_t>(edges_of(order[i]));
+                      Found& of = found[owner];
+                      of.group = static_cast<std::int32_t>(group);
+                      of.begin = static_cast<std::int32_t>(loops.size());
+                      dropped_of_group[group] +=
+                          tracer->trace({all.half_edges.data() + first, count}, {all.kinds.data() + first, count},
+                                        {all.neighbours.data() + first, count}, inside_of(owner), number_behind, loops);
+                      of.end = static_cast<std::int32_t>(loops.size());
+                    }
+                    const std::lock_guard lock(mutex);
+                    idle.push_back(std::move(tracer));
+                  });
+  idle.clear();
   all.first_edge_of_loop.push_back(0);
-  std::size_t num_edges = 0;
-  for (const BorderLoops& loops : groups) num_edges += loops.half_edges.size();
-  all.half_edges.reserve(num_edges);
-  all.kinds.reserve(num_edges);
-  all.neighbours.reserve(num_edges);
-  for (BorderLoops& loops : groups) {
-    const auto base = static_cast<std::int64_t>(all.half_edges.size());
-    auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-    append(all.owner_of_loop, loops.owner_of_loop);
-    append(all.half_edges, loops.half_edges);
-    append(all.kinds, loops.kinds);
-    append(all.neighbours, loops.neighbours);
-    append(all.level_length_of_loop, loops.level_length_of_loop);
-    append(all.hole_length_of_loop, loops.hole_length_of_loop);
-    for (std::size_t l = 1; l < loops.first_edge_of_loop.size(); ++l)
-      all.first_edge_of_loop.push_back(base + loops.first_edge_of_loop[l]);
-    all.num_hole_loops_dropped += loops.num_hole_loops_dropped;
-    loops = {};
+  std::int64_t end = 0;
+  for (std::size_t owner = 0; owner < found.size(); ++owner) {
+    const std::int64_t begin = end;
+    for (std::int32_t l = found[owner].begin; l < found[owner].end; ++l) {
+      const LoopTracer::Traced& loop = loops_of_group[at(found[owner].group)][at(l)];
+      all.owner_of_loop.push_back(number_of(owner));
+      all.level_length_of_loop.push_back(loop.level_length);
+      all.hole_length_of_loop.push_back(loop.hole_length);
+      all.first_edge_of_loop.push_back(end += loop.num_edges);
+    }
+    // Dropped loops leave a gap at the end of their owner's edges.
+    const std::int64_t from = edges.first_of_owner[owner];
+    const auto close_gap = [&](auto& items) {
+      std::copy(items.begin() + from, items.begin() + from + (end - begin), items.begin() + begin);
+    };
+    if (from == begin) continue;
+    close_gap(all.half_edges);
+    close_gap(all.kinds);
+    close_gap(all.neighbours);
   }
+  all.half_edges.resize(static_cast<std::size_t>(end));
+  all.kinds.resize(static_cast<std::size_t>(end));
+  all.neighbours.resize(static_cast<std::size_t>(end));
+  all.num_hole_loops_dropped = std::accumulate(dropped_of_group.begin(), dropped_of_group.end(), std::int64_t{0});
   return all;
 }
-
-struct Emitted {
-  std::int32_t region;  ///< index into the regions by ascending number
-  std::int32_t half_edge;
-};
 
 }  // namespace
 
@@ -180,48 +244,45 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
     if (region_of_node[node] != kNone) lo_of_node[node] = lo_of_region[at(region_of_node[node])];
   std::vector<std::int32_t> levels;
   reserve_on_large_pages(levels, num_triangles);
-  levels.assign(num_triangles, 0);
-  for (std::size_t t = 0; t < num_triangles; ++t)
-    if (tree.node_of_triangle[t] >= 0) levels[t] = tree.hi_of_node[at(tree.node_of_triangle[t])];
+  levels.resize(num_triangles);
+  parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+                      const std::int32_t node = tree.node_of_triangle[t];
+                      levels[t] = node < 0 ? 0 : tree.hi_of_node[at(node)];
+                    }
+                  });
 
-  const RimLevels rims = walk_rims(surface, tree, levels, num_regions_of_node);
+  const RimLevels rims = walk_rims(surface, tree, levels, num_regions_of_node, execution);
   // Triangles a and b that touch are in one component at the lower of their levels, so one node is an ancestor of the
   // other, and the regions with a but not b are those met climbing from a's until lo is not above b's level.
-  std::vector<Emitted> emitted;
-  std::vector<std::int64_t> first_of_region(nodes.size() + 1, 0);
-  std::size_t rim = 0;
-  for (std::size_t t = 0; t < num_triangles; ++t) {
-    if (t % (1 << 16) == 0) execution.check();
-    const std::int32_t node = tree.node_of_triangle[t];
-    if (node < 0) continue;
-    const std::int32_t lo = lo_of_node[at(node)];
-    for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
-      const std::int32_t twin = surface.twins[h];
-      std::int32_t level_behind = 0;
-      if (twin >= 0) {
-        level_behind = levels[at(triangle_of_half_edge(twin))];
-      } else {
-        while (rims.half_edges[rim] != static_cast<std::int32_t>(h)) ++rim;
-        level_behind = rims.least[rim];
-      }
-      if (level_behind >= lo) continue;
-      for (std::int32_t region = region_of_node[at(node)]; region != kNone && lo_of_region[at(region)] > level_behind;
-           region = outer_of_region[at(region)]) {
-        emitted.push_back({region, static_cast<std::int32_t>(h)});
-        ++first_of_region[at(region) + 1];
+  const auto emit = [&](std::size_t begin, std::size_t end, std::vector<Emitted>& list) {
+    auto rim = static_cast<std::size_t>(
+        std::lower_bound(rims.half_edges.begin(), rims.half_edges.end(), static_cast<std::int64_t>(3 * begin)) -
+        rims.half_edges.begin());
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::int32_t node = tree.node_of_triangle[t];
+      if (node < 0) continue;
+      const std::int32_t lo = lo_of_node[at(node)];
+      for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
+        const std::int32_t twin = surface.twins[h];
+        const std::int32_t level_behind = twin >= 0 ? levels[at(triangle_of_half_edge(twin))] : rims.least[rim++];
+        if (level_behind >= lo) continue;
+        for (std::int32_t region = region_of_node[at(node)]; region != kNone && lo_of_region[at(region)] > level_behind;
+             region = outer_of_region[at(region)])
+          list.push_back({region, static_cast<std::int32_t>(h)});
       }
     }
-  }
-  std::partial_sum(first_of_region.begin(), first_of_region.end(), first_of_region.begin());
-  std::vector<std::int32_t> half_edges(emitted.size());
-  std::vector<std::int64_t> place(first_of_region.begin(), first_of_region.end() - 1);
-  for (const Emitted& e : emitted) half_edges[static_cast<std::size_t>(place[at(e.region)]++)] = e.half_edge;
-  emitted = {};
-
+  };
+  // By node: what a region holds is traced just before it, and what lies beside it soon after.
+  std::vector<std::int32_t> order(nodes.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return nodes[at(a)] < nodes[at(b)]; });
   BorderLoops loops = trace_all(
-      surface, half_edges, first_of_region, [&](std::size_t r) { return number_of_node[at(nodes[r])]; },
+      surface, gather_border_edges(num_triangles, nodes.size(), emit, execution), order,
+      [&](std::size_t r) { return number_of_node[at(nodes[r])]; },
       [&](std::size_t r) {
-        return [&levels, lo = lo_of_region[r]](std::int32_t triangle) { return levels[at(triangle)] >= lo; };
+        return [levels = levels.data(), lo = lo_of_region[r]](std::int32_t triangle) { return levels[triangle] >= lo; };
       },
       number_behind, execution);
   loops.num_hole_loops_dropped += rims.num_loops_dropped;
@@ -235,30 +296,25 @@ BorderLoops extract_label_borders(const SurfaceView& surface, std::span<const st
     throw StageError("label borders need one label a triangle and one twin a half-edge");
   std::int32_t num_labels = 0;
   for (const std::int32_t label : label_of_triangle) num_labels = std::max(num_labels, label);
-  std::vector<std::int64_t> first_of_label(at(num_labels) + 2, 0);
-  auto for_each_border = [&](auto&& body) {
-    for (std::size_t t = 0; t < num_triangles; ++t) {
-      if (t % (1 << 16) == 0) execution.check();
+  const auto emit = [&](std::size_t begin, std::size_t end, std::vector<Emitted>& list) {
+    for (std::size_t t = begin; t < end; ++t) {
       const std::int32_t label = label_of_triangle[t];
       if (label <= 0) continue;
       for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
         const std::int32_t twin = surface.twins[h];
-        if (twin < 0 || label_of_triangle[at(twin / 3)] != label) body(label, static_cast<std::int32_t>(h));
+        if (twin < 0 || label_of_triangle[at(triangle_of_half_edge(twin))] != label)
+          list.push_back({label - 1, static_cast<std::int32_t>(h)});
       }
     }
   };
-  for_each_border([&](std::int32_t label, std::int32_t) { ++first_of_label[at(label) + 1]; });
-  std::partial_sum(first_of_label.begin(), first_of_label.end(), first_of_label.begin());
-  std::vector<std::int32_t> half_edges(static_cast<std::size_t>(first_of_label.back()));
-  std::vector<std::int64_t> place(first_of_label.begin(), first_of_label.end() - 1);
-  for_each_border([&](std::int32_t label, std::int32_t half_edge) {
-    half_edges[static_cast<std::size_t>(place[at(label)]++)] = half_edge;
-  });
+  std::vector<std::int32_t> order(at(num_labels));
+  std::iota(order.begin(), order.end(), 0);
   return trace_all(
-      surface, half_edges, first_of_label, [](std::size_t label) { return static_cast<std::int32_t>(label); },
-      [&](std::size_t label) {
-        return
-            [=](std::int32_t triangle) { return label_of_triangle[at(triangle)] == static_cast<std::int32_t>(label); };
+      surface, gather_border_edges(num_triangles, order.size(), emit, execution), order,
+      [](std::size_t owner) { return static_cast<std::int32_t>(owner) + 1; },
+      [&](std::size_t owner) {
+        return [labels = label_of_triangle.data(), label = static_cast<std::int32_t>(owner) + 1](
+                   std::int32_t triangle) { return labels[triangle] == label; };
       },
       label_of_triangle, execution);
 }

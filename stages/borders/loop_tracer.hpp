@@ -16,29 +16,37 @@ class LoopTracer {
  public:
   explicit LoopTracer(const SurfaceView& surface) : surface_(surface), pending_(surface.twins.size() / 64 + 1, 0) {}
 
-  /// Appends the loops of one region to `loops`. `border`: its border half-edges, ascending; where one of a rim is left
-  /// out, the whole rim is. `inside(triangle)`: whether a triangle is in the region. The next half-edge is found by
-  /// rotating inside the region about the end vertex.
+  /// What is told of a loop beside its edges.
+  struct Traced {
+    std::int64_t num_edges;
+    double level_length, hole_length;
+  };
+
+  /// Appends the loops of one region to `loops` and writes their edges, loop by loop, from the beginning of the three
+  /// lists on. `half_edges` holds the region's border half-edges before, ascending; where one of a rim is left out, the
+  /// whole rim is. `inside(triangle)`: whether a triangle is in the region. The next half-edge is found by rotating
+  /// inside the region about the end vertex. Returns the number of loops of hole edges alone, which are dropped.
   template <class Inside>
-  void trace(std::span<const std::int32_t> border, std::int32_t owner, Inside&& inside,
-             std::span<const std::int32_t> number_behind, BorderLoops& loops) {
-    for (const std::int32_t half_edge : border) word(half_edge) |= bit(half_edge);
+  std::int64_t trace(std::span<std::int32_t> half_edges, std::span<EdgeKind> kinds, std::span<std::int32_t> neighbours,
+                     Inside&& inside, std::span<const std::int32_t> number_behind, std::vector<Traced>& loops) {
+    for (const std::int32_t half_edge : half_edges) word(half_edge) |= bit(half_edge);
     found_.clear();
     edges_.clear();
-    for (const std::int32_t first : border) {
+    std::int64_t num_dropped = 0;
+    for (const std::int32_t first : half_edges) {
       if ((word(first) & bit(first)) == 0) continue;
       Loop loop{edges_.size(), edges_.size(), edges_.size(), 0, 0};
       std::int32_t half_edge = first;
       std::int32_t twin = twin_of(half_edge);
-      Eigen::Vector3d from = start_of(half_edge);
+      const Eigen::Vector3d* from = &start_of(half_edge);
       bool has_level_edge = false;
       do {
         word(half_edge) &= ~bit(half_edge);
         const std::int32_t after = next_half_edge(half_edge);
-        const Eigen::Vector3d to = start_of(after);
+        const Eigen::Vector3d* to = &start_of(after);
         if (twin >= 0 && (!has_level_edge || half_edge < edges_[loop.first].half_edge)) loop.first = edges_.size();
         has_level_edge |= twin >= 0;
-        edges_.push_back({half_edge, twin, (to - from).norm()});
+        edges_.push_back({half_edge, twin, (*to - *from).norm()});
         from = to;
         half_edge = after;
         twin = twin_of(half_edge);
@@ -48,7 +56,7 @@ class LoopTracer {
         }
       } while (half_edge != first);
       if (!has_level_edge) {
-        ++loops.num_hole_loops_dropped;
+        ++num_dropped;
         edges_.resize(loop.begin);
         continue;
       }
@@ -57,22 +65,22 @@ class LoopTracer {
       for_each_edge(loop, [&](const Edge& e) { (e.twin < 0 ? loop.hole_length : loop.level_length) += e.length; });
       found_.push_back(loop);
     }
-    std::sort(found_.begin(), found_.end(), [&](const Loop& a, const Loop& b) {
-      const double length_a = a.level_length + a.hole_length, length_b = b.level_length + b.hole_length;
-      return length_a != length_b ? length_a > length_b : edges_[a.first].half_edge < edges_[b.first].half_edge;
-    });
-    for (const Loop& loop : found_) {
-      loops.owner_of_loop.push_back(owner);
-      loops.level_length_of_loop.push_back(loop.level_length);
-      loops.hole_length_of_loop.push_back(loop.hole_length);
-      for_each_edge(loop, [&](const Edge& e) {
-        loops.half_edges.push_back(e.half_edge);
-        loops.kinds.push_back(e.twin < 0 ? EdgeKind::kHole : EdgeKind::kLevel);
-        loops.neighbours.push_back(e.twin < 0 ? -1
-                                              : number_behind[static_cast<std::size_t>(triangle_of_half_edge(e.twin))]);
+    if (found_.size() > 1)
+      std::sort(found_.begin(), found_.end(), [&](const Loop& a, const Loop& b) {
+        const double length_a = a.level_length + a.hole_length, length_b = b.level_length + b.hole_length;
+        return length_a != length_b ? length_a > length_b : edges_[a.first].half_edge < edges_[b.first].half_edge;
       });
-      loops.first_edge_of_loop.push_back(static_cast<std::int64_t>(loops.half_edges.size()));
+    std::size_t place = 0;
+    for (const Loop& loop : found_) {
+      loops.push_back({static_cast<std::int64_t>(loop.end - loop.begin), loop.level_length, loop.hole_length});
+      for_each_edge(loop, [&](const Edge& e) {
+        half_edges[place] = e.half_edge;
+        kinds[place] = e.twin < 0 ? EdgeKind::kHole : EdgeKind::kLevel;
+        neighbours[place] = e.twin < 0 ? -1 : number_behind[static_cast<std::size_t>(triangle_of_half_edge(e.twin))];
+        ++place;
+      });
     }
+    return num_dropped;
   }
 
  private:
