@@ -260,13 +260,16 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
     auto rim = static_cast<std::size_t>(
         std::lower_bound(rims.half_edges.begin(), rims.half_edges.end(), static_cast<std::int64_t>(3 * begin)) -
         rims.half_edges.begin());
+    // Plain pointers, since the list that grows might be anything's elements for all that the compiler knows.
+    const std::int32_t *twins = surface.twins.data(), *level_of = levels.data(), *least = rims.least.data();
+    const std::int32_t *node_of = tree.node_of_triangle.data(), *lo_of = lo_of_node.data();
     for (std::size_t t = begin; t < end; ++t) {
-      const std::int32_t node = tree.node_of_triangle[t];
+      const std::int32_t node = node_of[t];
       if (node < 0) continue;
-      const std::int32_t lo = lo_of_node[at(node)];
+      const std::int32_t lo = lo_of[node];
       for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
-        const std::int32_t twin = surface.twins[h];
-        const std::int32_t level_behind = twin >= 0 ? levels[at(triangle_of_half_edge(twin))] : rims.least[rim++];
+        const std::int32_t twin = twins[h];
+        const std::int32_t level_behind = twin >= 0 ? level_of[triangle_of_half_edge(twin)] : least[rim++];
         if (level_behind >= lo) continue;
         for (std::int32_t region = region_of_node[at(node)]; region != kNone && lo_of_region[at(region)] > level_behind;
              region = outer_of_region[at(region)])

@@ -211,11 +211,11 @@ std::vector<std::int32_t> twin_half_edges(Triangles triangles, std::size_t num_v
         paired = false;
     });
     // What still waits is a rim.
-    parallel_chunks(static_cast<std::int64_t>(twins.size()), 1 << 18, "", execution,
-                    [&](std::int64_t begin, std::int64_t end) {
-                      for (auto h = static_cast<std::size_t>(begin); h < static_cast<std::size_t>(end); ++h)
-                        twins[h] = std::max(twins[h], kNone);
-                    });
+    for (std::int32_t waiting : head_of_vertex)
+      while (waiting != kNone) {
+        const std::int32_t link = std::exchange(twins[static_cast<std::size_t>(waiting)], kNone);
+        waiting = link == kNone ? kNone : -2 - link;
+      }
   }
   if (!paired) {
     std::fill(twins.begin(), twins.end(), kNone);

@@ -4,7 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <utility>
 
+#include "stages/common/parallel.hpp"
 #include "stages/mser/filters.hpp"
 #include "stages/mser/stability.hpp"
 
@@ -125,76 +130,150 @@ std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const
   return described;
 }
 
-std::vector<double> border_contrasts(const SurfaceView& surface, const ComponentTree& tree,
-                                     std::span<const std::int32_t> selected, std::span<const double> triangle_values,
-                                     std::span<const double> areas, double band) {
+namespace {
+
+/// The level half-edges of every selected node, by node, then ascending. Of two neighbouring triangles one's node is an
+/// ancestor of the other's, so climbing ends at the first selected node that holds both.
+struct LevelEdges {
+  std::vector<std::int32_t> half_edges;
+  std::vector<std::size_t> first_of_selected;  ///< one more than selected
+};
+
+LevelEdges level_edges_of(const SurfaceView& surface, const ComponentTree& tree,
+                          std::span<const std::int32_t> selected) {
   const std::vector<std::int32_t> place = selected_of_nodes(tree, selected);
   const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
-  const auto holds = [&](std::int32_t at, std::int32_t node) {
-    const std::int32_t top = selected[static_cast<std::size_t>(at)];
-    return node >= tree.first_node_of_subtree[static_cast<std::size_t>(top)] && node <= top;
-  };
-  // The level half-edges of every selected node. Of two neighbouring triangles one's node is an ancestor of the
-  // other's, so climbing ends at the first selected node that holds both.
-  std::vector<std::vector<std::int32_t>> level_edges(selected.size());
-  for (std::size_t h = 0; h < surface.twins.size(); ++h) {
-    if (surface.twins[h] < 0) continue;
-    const std::int32_t here = tree.node_of_triangle[h / 3];
-    const std::int32_t there = tree.node_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
-    if (here < 0 || here == there) continue;
-    for (std::int32_t at = place[static_cast<std::size_t>(here)]; at >= 0 && !holds(at, there);
-         at = ancestor[static_cast<std::size_t>(at)])
-      level_edges[static_cast<std::size_t>(at)].push_back(static_cast<std::int32_t>(h));
-  }
-
-  struct Reached {
-    std::int32_t triangle;
-    std::int32_t from;  ///< level half-edge
-  };
-  std::vector<double> contrasts(selected.size(), 0);
-  std::vector<std::int32_t> met(tree.node_of_triangle.size(), -1);
-  std::vector<Reached> front;
-  const auto corner = [&](std::int32_t t, std::int32_t k) -> const Eigen::Vector3d& {
-    return surface.positions[static_cast<std::size_t>(
-        surface.triangles[static_cast<std::size_t>(t)][static_cast<std::size_t>(k)])];
-  };
-  const auto near = [&](const Reached& reached) {
-    const Eigen::Vector3d middle =
-        (corner(reached.from / 3, reached.from % 3) + corner(reached.from / 3, (reached.from + 1) % 3)) / 2;
-    const Eigen::Vector3d centroid =
-        (corner(reached.triangle, 0) + corner(reached.triangle, 1) + corner(reached.triangle, 2)) / 3;
-    return (centroid - middle).squaredNorm() <= band * band;
-  };
-  for (std::size_t i = 0; i < selected.size(); ++i) {
-    const auto mark = static_cast<std::int32_t>(i);
-    front.clear();
-    const auto reach = [&](const Reached& reached) {
-      std::int32_t& seen = met[static_cast<std::size_t>(reached.triangle)];
-      if (seen == mark) return;
-      seen = mark;
-      front.push_back(reached);
-    };
-    // Triangles at the border itself count whatever their size, so that neither side is empty.
-    for (const std::int32_t h : level_edges[i]) {
-      reach({h / 3, h});
-      reach({surface.twins[static_cast<std::size_t>(h)] / 3, h});
-    }
-    double sum[2] = {0, 0}, weight[2] = {0, 0};
-    for (std::size_t f = 0; f < front.size(); ++f) {
-      const Reached reached = front[f];
-      const auto t = static_cast<std::size_t>(reached.triangle);
-      const bool inside = holds(mark, tree.node_of_triangle[t]);
-      sum[inside ? 1 : 0] += areas[t] * triangle_values[t];
-      weight[inside ? 1 : 0] += areas[t];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t twin = surface.twins[3 * t + k];
-        if (twin < 0) continue;
-        const Reached next{twin / 3, reached.from};
-        if (met[static_cast<std::size_t>(next.triangle)] != mark && near(next)) reach(next);
+  const auto for_each = [&](auto&& body) {
+    for (std::size_t h = 0; h < surface.twins.size(); ++h) {
+      if (surface.twins[h] < 0) continue;
+      const std::int32_t here = tree.node_of_triangle[h / 3];
+      const std::int32_t there = tree.node_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
+      if (here < 0 || here == there) continue;
+      for (std::int32_t at = place[static_cast<std::size_t>(here)]; at >= 0;
+           at = ancestor[static_cast<std::size_t>(at)]) {
+        const std::int32_t top = selected[static_cast<std::size_t>(at)];
+        if (there >= tree.first_node_of_subtree[static_cast<std::size_t>(top)] && there <= top) break;
+        body(static_cast<std::size_t>(at), static_cast<std::int32_t>(h));
       }
     }
-    if (weight[0] > 0 && weight[1] > 0) contrasts[i] = sum[1] / weight[1] - sum[0] / weight[0];
+  };
+  LevelEdges edges;
+  edges.first_of_selected.assign(selected.size() + 1, 0);
+  for_each([&](std::size_t at, std::int32_t) { ++edges.first_of_selected[at + 1]; });
+  std::partial_sum(edges.first_of_selected.begin(), edges.first_of_selected.end(), edges.first_of_selected.begin());
+  edges.half_edges.resize(edges.first_of_selected.back());
+  std::vector<std::size_t> next(edges.first_of_selected.begin(), edges.first_of_selected.end() - 1);
+  for_each([&](std::size_t at, std::int32_t h) { edges.half_edges[next[at]++] = h; });
+  return edges;
+}
+
+/// Walks outward from the level half-edges of one node after the other; a thread has one.
+class BandWalk {
+ public:
+  BandWalk(const SurfaceView& surface, const ComponentTree& tree, std::span<const double> triangle_values,
+           std::span<const double> areas, double band)
+      : surface_(surface),
+        tree_(tree),
+        values_(triangle_values),
+        areas_(areas),
+        band_(band),
+        met_(tree.node_of_triangle.size(), -1) {}
+
+  /// The contrast of a node; every node is asked for once.
+  double contrast(std::int32_t top, std::span<const std::int32_t> level_edges) {
+    const std::int32_t first = tree_.first_node_of_subtree[static_cast<std::size_t>(top)];
+    front_.clear();
+    middles_.clear();
+    // Triangles at the border itself count whatever their size, so that neither side is empty.
+    for (const std::int32_t h : level_edges) {
+      const auto from = static_cast<std::int32_t>(middles_.size());
+      middles_.push_back((corner(h / 3, h % 3) + corner(h / 3, (h + 1) % 3)) / 2);
+      reach({h / 3, from}, top);
+      reach({surface_.twins[static_cast<std::size_t>(h)] / 3, from}, top);
+    }
+    double sum[2] = {0, 0}, weight[2] = {0, 0};
+    for (std::size_t f = 0; f < front_.size(); ++f) {
+      const Reached reached = front_[f];
+      const auto t = static_cast<std::size_t>(reached.triangle);
+      const std::int32_t node = tree_.node_of_triangle[t];
+      const bool inside = node >= first && node <= top;
+      sum[inside ? 1 : 0] += areas_[t] * values_[t];
+      weight[inside ? 1 : 0] += areas_[t];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = surface_.twins[3 * t + k];
+        if (twin < 0) continue;
+        const Reached next{twin / 3, reached.from};
+        if (met_[static_cast<std::size_t>(next.triangle)] != top && near(next)) reach(next, top);
+      }
+    }
+    return weight[0] > 0 && weight[1] > 0 ? sum[1] / weight[1] - sum[0] / weight[0] : 0;
   }
+
+ private:
+  struct Reached {
+    std::int32_t triangle;
+    std::int32_t from;  ///< level half-edge, its place in the list
+  };
+
+  const Eigen::Vector3d& corner(std::int32_t t, std::int32_t k) const {
+    return surface_.positions[static_cast<std::size_t>(
+        surface_.triangles[static_cast<std::size_t>(t)][static_cast<std::size_t>(k)])];
+  }
+  bool near(const Reached& reached) const {
+    const Eigen::Vector3d centroid =
+        (corner(reached.triangle, 0) + corner(reached.triangle, 1) + corner(reached.triangle, 2)) / 3;
+    return (centroid - middles_[static_cast<std::size_t>(reached.from)]).squaredNorm() <= band_ * band_;
+  }
+  void reach(const Reached& reached, std::int32_t mark) {
+    const auto t = static_cast<std::size_t>(reached.triangle);
+    if (met_[t] == mark) return;
+    met_[t] = mark;
+    front_.push_back(reached);
+    __builtin_prefetch(&surface_.twins[3 * t]);
+    __builtin_prefetch(&tree_.node_of_triangle[t]);
+    __builtin_prefetch(&areas_[t]);
+    __builtin_prefetch(&values_[t]);
+  }
+
+  const SurfaceView& surface_;
+  const ComponentTree& tree_;
+  std::span<const double> values_, areas_;
+  double band_;
+  std::vector<std::int32_t> met_;  ///< the node a triangle was last met for
+  std::vector<Reached> front_;
+  std::vector<Eigen::Vector3d> middles_;  ///< of the level half-edges
+};
+
+}  // namespace
+
+std::vector<double> border_contrasts(const SurfaceView& surface, const ComponentTree& tree,
+                                     std::span<const std::int32_t> selected, std::span<const double> triangle_values,
+                                     std::span<const double> areas, double band, const Execution& execution) {
+  const LevelEdges edges = level_edges_of(surface, tree, selected);
+  const auto edges_of = [&](std::size_t i) {
+    return std::span(edges.half_edges)
+        .subspan(edges.first_of_selected[i], edges.first_of_selected[i + 1] - edges.first_of_selected[i]);
+  };
+  std::vector<double> contrasts(selected.size(), 0);
+  // As many walks as threads work at a time, since each holds a number a triangle.
+  std::mutex mutex;
+  std::vector<std::unique_ptr<BandWalk>> idle;
+  parallel_chunks(static_cast<std::int64_t>(selected.size()), 64, "", execution,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    std::unique_ptr<BandWalk> walk;
+                    {
+                      const std::lock_guard lock(mutex);
+                      if (!idle.empty()) {
+                        walk = std::move(idle.back());
+                        idle.pop_back();
+                      }
+                    }
+                    if (!walk) walk = std::make_unique<BandWalk>(surface, tree, triangle_values, areas, band);
+                    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                      contrasts[i] = walk->contrast(selected[i], edges_of(i));
+                    const std::lock_guard lock(mutex);
+                    idle.push_back(std::move(walk));
+                  });
   return contrasts;
 }
 

@@ -7,6 +7,7 @@
 
 #include "pipeline/artifacts/level_set_trees.hpp"
 #include "pipeline/artifacts/segmentation.hpp"
+#include "pipeline/execution/execution.hpp"
 #include "stages/common/surface.hpp"
 #include "stages/mser/label_triangles.hpp"
 #include "stages/mser/persistence.hpp"
@@ -34,7 +35,7 @@ std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const
 /// a rule; 0 without a level border. `triangle_values`: #F. Linear in the mesh and in the sum of the bands.
 std::vector<double> border_contrasts(const SurfaceView& surface, const ComponentTree& tree,
                                      std::span<const std::int32_t> selected, std::span<const double> triangle_values,
-                                     std::span<const double> areas, double band);
+                                     std::span<const double> areas, double band, const Execution& execution = {});
 
 /// The noise of a scalar from itself: a robust deviation (1.4826 x median absolute value) of each triangle's value from
 /// the mean of its three neighbours', times sqrt(3/4). Too small where the noise is smooth. 0 for fewer than 16

@@ -155,7 +155,7 @@ void filter_selections(const SurfaceView& surface, const LevelSetTrees& level_se
                        std::span<const double> triangle_values, std::span<const double> areas,
                        const SegmentParameters& parameters, std::vector<TreeSelection>& selections,
                        std::vector<Contrasts>& contrasts, std::vector<FilterCount>& counts,
-                       std::vector<NodeFates>* fates) {
+                       std::vector<NodeFates>* fates, const Execution& execution) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::vector<ComponentTree>& trees = level_sets.trees;
   const bool by_maxima = selects_by_maxima(parameters);
@@ -179,8 +179,8 @@ void filter_selections(const SurfaceView& surface, const LevelSetTrees& level_se
   const auto measure_contrasts = [&] {
     for (std::size_t i = 0; i < trees.size(); ++i) {
       contrasts[i].nodes = selections[i].selected;
-      contrasts[i].values =
-          border_contrasts(surface, trees[i], selections[i].selected, triangle_values, areas, parameters.band);
+      contrasts[i].values = border_contrasts(surface, trees[i], selections[i].selected, triangle_values, areas,
+                                             parameters.band, execution);
     }
   };
   if (parameters.min_contrast > 0) {
@@ -280,7 +280,7 @@ RegionSelection select_regions(const SegmentInputs& inputs, const SegmentParamet
   execution.report("filtering regions", 1, 4);
   result.contrasts.resize(trees.size());
   filter_selections(inputs.surface, inputs.level_sets, triangle_values, areas, parameters, result.selections,
-                    result.contrasts, result.filters, fates);
+                    result.contrasts, result.filters, fates, execution);
 
   std::vector<std::vector<std::int32_t>> selected;
   for (const TreeSelection& selection : result.selections) selected.push_back(selection.selected);

@@ -41,6 +41,10 @@ BenchMesh make_bench_mesh(std::int64_t num_triangles, Shape shape, Scalar scalar
   const bool sphere = shape == Shape::kSphere;
   // A sphere is the field wound around in x and closed by two caps of triangles.
   const std::int32_t columns = sphere ? n : n + 1;
+  const auto num_vertices = static_cast<std::size_t>(n + 1) * static_cast<std::size_t>(columns);
+  mesh.values.reserve(num_vertices);
+  mesh.positions.reserve(num_vertices);
+  mesh.triangles.reserve(2 * static_cast<std::size_t>(n + 1) * static_cast<std::size_t>(n));
   for (std::int32_t y = 0; y <= n; ++y)
     for (std::int32_t x = 0; x < columns; ++x) {
       double value = std::sin(17.0 * x / n) + std::cos(13.0 * y / n + 4.0 * x / n) +

@@ -36,7 +36,7 @@ struct UnionFind {
 
 }  // namespace
 
-std::vector<std::int32_t> plain_twins(std::span<const std::array<std::int32_t, 3>> triangles) {
+std::vector<std::int32_t> plain_twins(std::span<const std::array<std::int32_t, 3>> triangles, bool erase_met) {
   std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> first_seen;
   std::vector<std::int32_t> twins(3 * triangles.size(), -1);
   for (std::size_t t = 0; t < triangles.size(); ++t)
@@ -47,6 +47,7 @@ std::vector<std::int32_t> plain_twins(std::span<const std::array<std::int32_t, 3
       if (is_new) continue;
       twins[at(h)] = place->second;
       twins[at(place->second)] = h;
+      if (erase_met) first_seen.erase(place);
     }
   return twins;
 }

@@ -1,5 +1,6 @@
-/// Speed of adjacency, levels, tree, selection, labels and borders on one thread or more, beside a plain reference on
-/// the same mesh in the same run. Times are in ns a triangle.
+/// Speed of adjacency, levels, tree, selection, labels, borders and cleaning on one thread or more, beside a plain
+/// reference on the same mesh in the same run. Times are in ns a triangle, of the clock on the wall; where other
+/// programs run beside it, the column CPU is to be trusted for one thread. memory_bench tells what memory they take.
 ///
 ///   tree_bench [--benchmark_filter=...]   sizes up to 4M triangles
 ///   MESHMSER_BENCH_LARGE=1 tree_bench     and 40M triangles
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -17,6 +17,7 @@
 #include "stages/borders/borders.hpp"
 #include "stages/common/adjacency.hpp"
 #include "stages/mser/label_triangles.hpp"
+#include "stages/mser/segment.hpp"
 #include "stages/mser/select_mser.hpp"
 #include "stages/mser/stability.hpp"
 #include "stages/tree/component_tree.hpp"
@@ -26,6 +27,8 @@
 
 namespace meshmser::bench {
 namespace {
+
+constexpr double kNoise = 0.05;  ///< said to be that of the scalar, in its unit
 
 struct Setting {
   std::int64_t triangles;
@@ -99,6 +102,27 @@ void count_triangles(benchmark::State& state, const Prepared& p) {
   state.counters["peak MB"] = static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+LevelSetTrees level_sets_of(const Prepared& p) {
+  LevelSetTrees level_sets;
+  level_sets.values = p.mesh.values;
+  level_sets.noise = kNoise;
+  level_sets.trees.push_back(p.tree);
+  return level_sets;
+}
+
+/// What the stage mser does by default, and the watershed: on a grid of spacing 1.
+SegmentParameters cleaning() {
+  SegmentParameters parameters;
+  parameters.min_area = 60;
+  parameters.min_persistence = 6 * kNoise;
+  parameters.min_contrast = 3;
+  parameters.band = 3;
+  parameters.min_diversity = 0.2;
+  parameters.grow = Grow::kWatershed;
+  parameters.absorb_area = 20;
+  return parameters;
+}
+
 struct Selected {
   std::vector<std::int32_t> number_of_node, region_of_triangle;
 };
@@ -131,9 +155,11 @@ void add(const Setting& s) {
       for (auto _ : state)
         benchmark::DoNotOptimize(twin_half_edges(p.mesh.triangles, p.mesh.positions.size(), threads(n)));
     });
-  run("adjacency_plain", [](benchmark::State& state, const Prepared& p) {
-    for (auto _ : state) benchmark::DoNotOptimize(plain_twins(p.mesh.triangles));
-  });
+  for (const bool erase_met : {false, true})
+    run(erase_met ? "adjacency_plain_erasing" : "adjacency_plain",
+        [erase_met](benchmark::State& state, const Prepared& p) {
+          for (auto _ : state) benchmark::DoNotOptimize(plain_twins(p.mesh.triangles, erase_met));
+        });
   for (const int n : {1, 2})
     run("quantise_and_areas/" + std::to_string(n), [n](benchmark::State& state, const Prepared& p) {
       for (auto _ : state) {
@@ -179,6 +205,19 @@ void add(const Setting& s) {
         edges = loops.half_edges.size();
       }
       state.counters["border edges"] = static_cast<double>(edges);
+    });
+  for (const bool clean : {false, true})
+    run(clean ? "segment_and_clean/1" : "segment/1", [clean](benchmark::State& state, const Prepared& p) {
+      const LevelSetTrees level_sets = level_sets_of(p);
+      std::size_t labels = 0, regions = 0;
+      for (auto _ : state) {
+        const Segmentation made =
+            segment({p.surface(), level_sets, {}, {}, {}}, clean ? cleaning() : SegmentParameters{}, threads(1));
+        labels = made.region_of_label.size() - 1;
+        regions = made.regions.size();
+      }
+      state.counters["labels"] = static_cast<double>(labels);
+      state.counters["regions"] = static_cast<double>(regions);
     });
   for (const int n : {1, 2})
     run("whole/" + std::to_string(n), [n](benchmark::State& state, const Prepared& p) {
