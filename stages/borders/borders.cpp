@@ -9,6 +9,7 @@
 
 #include "stages/borders/loop_tracer.hpp"
 #include "stages/common/adjacency.hpp"
+#include "stages/common/gather_by_owner.hpp"
 #include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 
@@ -79,49 +80,11 @@ RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, std::
   return rims;
 }
 
-struct Emitted {
-  std::int32_t owner;  ///< index into the owners, by ascending number
-  std::int32_t half_edge;
-};
-
-/// The border half-edges of all owners side by side.
-struct BorderEdges {
-  std::vector<std::int32_t> half_edges;      ///< by owner, then ascending
-  std::vector<std::int64_t> first_of_owner;  ///< #owners + 1
-};
-
-/// `emit(begin, end, list)` appends what the triangles begin .. end have, by ascending half-edge.
-template <class Emit>
-BorderEdges gather_border_edges(std::size_t num_triangles, std::size_t num_owners, Emit&& emit,
-                                const Execution& execution) {
-  std::vector<std::vector<Emitted>> of_chunk((num_triangles + kTrianglesPerChunk - 1) / kTrianglesPerChunk);
-  parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    // To the list's own size: all lists together are what takes most memory here.
-                    thread_local std::vector<Emitted> list;
-                    list.clear();
-                    emit(static_cast<std::size_t>(begin), static_cast<std::size_t>(end), list);
-                    of_chunk[static_cast<std::size_t>(begin / kTrianglesPerChunk)].assign(list.begin(), list.end());
-                  });
-  BorderEdges edges;
-  edges.first_of_owner.assign(num_owners + 1, 0);
-  for (const std::vector<Emitted>& list : of_chunk)
-    for (const Emitted& e : list) ++edges.first_of_owner[at(e.owner) + 1];
-  std::partial_sum(edges.first_of_owner.begin(), edges.first_of_owner.end(), edges.first_of_owner.begin());
-  edges.half_edges.resize(static_cast<std::size_t>(edges.first_of_owner.back()));
-  std::vector<std::int64_t> place(edges.first_of_owner.begin(), edges.first_of_owner.end() - 1);
-  for (std::vector<Emitted>& list : of_chunk) {
-    for (const Emitted& e : list) edges.half_edges[static_cast<std::size_t>(place[at(e.owner)]++)] = e.half_edge;
-    std::vector<Emitted>().swap(list);
-  }
-  return edges;
-}
-
 /// The loops of owners from their border half-edges. Owners are traced in the order given, which is to go from place to
 /// near place on the surface, in groups of about as many half-edges each; every owner's edges are written where its
 /// border half-edges were, so that neither order nor threads matter.
 template <class NumberOf, class InsideOf>
-BorderLoops trace_all(const SurfaceView& surface, BorderEdges edges, std::span<const std::int32_t> order,
+BorderLoops trace_all(const SurfaceView& surface, HalfEdgesByOwner edges, std::span<const std::int32_t> order,
                       NumberOf&& number_of, InsideOf&& inside_of, std::span<const std::int32_t> number_behind,
                       const Execution& execution) {
   const auto edges_of = [&](std::int32_t owner) {
@@ -256,7 +219,7 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
   const RimLevels rims = walk_rims(surface, tree, levels, num_regions_of_node, execution);
   // Triangles a and b that touch are in one component at the lower of their levels, so one node is an ancestor of the
   // other, and the regions with a but not b are those met climbing from a's until lo is not above b's level.
-  const auto emit = [&](std::size_t begin, std::size_t end, std::vector<Emitted>& list) {
+  const auto emit = [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
     auto rim = static_cast<std::size_t>(
         std::lower_bound(rims.half_edges.begin(), rims.half_edges.end(), static_cast<std::int64_t>(3 * begin)) -
         rims.half_edges.begin());
@@ -282,7 +245,7 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return nodes[at(a)] < nodes[at(b)]; });
   BorderLoops loops = trace_all(
-      surface, gather_border_edges(num_triangles, nodes.size(), emit, execution), order,
+      surface, gather_by_owner(num_triangles, nodes.size(), emit, execution), order,
       [&](std::size_t r) { return number_of_node[at(nodes[r])]; },
       [&](std::size_t r) {
         return [levels = levels.data(), lo = lo_of_region[r]](std::int32_t triangle) { return levels[triangle] >= lo; };
@@ -299,7 +262,7 @@ BorderLoops extract_label_borders(const SurfaceView& surface, std::span<const st
     throw StageError("label borders need one label a triangle and one twin a half-edge");
   std::int32_t num_labels = 0;
   for (const std::int32_t label : label_of_triangle) num_labels = std::max(num_labels, label);
-  const auto emit = [&](std::size_t begin, std::size_t end, std::vector<Emitted>& list) {
+  const auto emit = [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::int32_t label = label_of_triangle[t];
       if (label <= 0) continue;
@@ -313,7 +276,7 @@ BorderLoops extract_label_borders(const SurfaceView& surface, std::span<const st
   std::vector<std::int32_t> order(at(num_labels));
   std::iota(order.begin(), order.end(), 0);
   return trace_all(
-      surface, gather_border_edges(num_triangles, order.size(), emit, execution), order,
+      surface, gather_by_owner(num_triangles, order.size(), emit, execution), order,
       [](std::size_t owner) { return static_cast<std::int32_t>(owner) + 1; },
       [&](std::size_t owner) {
         return [labels = label_of_triangle.data(), label = static_cast<std::int32_t>(owner) + 1](

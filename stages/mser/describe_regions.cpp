@@ -6,9 +6,9 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <numeric>
 #include <utility>
 
+#include "stages/common/gather_by_owner.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/mser/filters.hpp"
 #include "stages/mser/stability.hpp"
@@ -134,37 +134,31 @@ namespace {
 
 /// The level half-edges of every selected node, by node, then ascending. Of two neighbouring triangles one's node is an
 /// ancestor of the other's, so climbing ends at the first selected node that holds both.
-struct LevelEdges {
-  std::vector<std::int32_t> half_edges;
-  std::vector<std::size_t> first_of_selected;  ///< one more than selected
-};
-
-LevelEdges level_edges_of(const SurfaceView& surface, const ComponentTree& tree,
-                          std::span<const std::int32_t> selected) {
+HalfEdgesByOwner level_edges_of(const SurfaceView& surface, const ComponentTree& tree,
+                                std::span<const std::int32_t> selected, const Execution& execution) {
   const std::vector<std::int32_t> place = selected_of_nodes(tree, selected);
   const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
-  const auto for_each = [&](auto&& body) {
-    for (std::size_t h = 0; h < surface.twins.size(); ++h) {
-      if (surface.twins[h] < 0) continue;
-      const std::int32_t here = tree.node_of_triangle[h / 3];
-      const std::int32_t there = tree.node_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
-      if (here < 0 || here == there) continue;
-      for (std::int32_t at = place[static_cast<std::size_t>(here)]; at >= 0;
-           at = ancestor[static_cast<std::size_t>(at)]) {
-        const std::int32_t top = selected[static_cast<std::size_t>(at)];
-        if (there >= tree.first_node_of_subtree[static_cast<std::size_t>(top)] && there <= top) break;
-        body(static_cast<std::size_t>(at), static_cast<std::int32_t>(h));
-      }
-    }
-  };
-  LevelEdges edges;
-  edges.first_of_selected.assign(selected.size() + 1, 0);
-  for_each([&](std::size_t at, std::int32_t) { ++edges.first_of_selected[at + 1]; });
-  std::partial_sum(edges.first_of_selected.begin(), edges.first_of_selected.end(), edges.first_of_selected.begin());
-  edges.half_edges.resize(edges.first_of_selected.back());
-  std::vector<std::size_t> next(edges.first_of_selected.begin(), edges.first_of_selected.end() - 1);
-  for_each([&](std::size_t at, std::int32_t h) { edges.half_edges[next[at]++] = h; });
-  return edges;
+  return gather_by_owner(
+      surface.triangles.size(), selected.size(),
+      [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
+        const std::int32_t *twins = surface.twins.data(), *node_of = tree.node_of_triangle.data();
+        for (std::size_t t = begin; t < end; ++t) {
+          const std::int32_t here = node_of[t];
+          const std::int32_t smallest = here < 0 ? -1 : place[static_cast<std::size_t>(here)];
+          if (smallest < 0) continue;
+          for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
+            if (twins[h] < 0) continue;
+            const std::int32_t there = node_of[twins[h] / 3];
+            if (there == here) continue;
+            for (std::int32_t at = smallest; at >= 0; at = ancestor[static_cast<std::size_t>(at)]) {
+              const std::int32_t top = selected[static_cast<std::size_t>(at)];
+              if (there >= tree.first_node_of_subtree[static_cast<std::size_t>(top)] && there <= top) break;
+              list.push_back({at, static_cast<std::int32_t>(h)});
+            }
+          }
+        }
+      },
+      execution);
 }
 
 /// Walks outward from the level half-edges of one node after the other; a thread has one.
@@ -249,10 +243,11 @@ class BandWalk {
 std::vector<double> border_contrasts(const SurfaceView& surface, const ComponentTree& tree,
                                      std::span<const std::int32_t> selected, std::span<const double> triangle_values,
                                      std::span<const double> areas, double band, const Execution& execution) {
-  const LevelEdges edges = level_edges_of(surface, tree, selected);
+  const HalfEdgesByOwner edges = level_edges_of(surface, tree, selected, execution);
   const auto edges_of = [&](std::size_t i) {
+    const std::int64_t first = edges.first_of_owner[i];
     return std::span(edges.half_edges)
-        .subspan(edges.first_of_selected[i], edges.first_of_selected[i + 1] - edges.first_of_selected[i]);
+        .subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(edges.first_of_owner[i + 1] - first));
   };
   std::vector<double> contrasts(selected.size(), 0);
   // As many walks as threads work at a time, since each holds a number a triangle.

@@ -75,8 +75,9 @@ std::vector<std::int32_t> flood(const SurfaceView& surface, std::span<const std:
   return grown;
 }
 
-/// The lesser of a value at the two ends of a half-edge.
-double weaker_end(const SurfaceView& surface, std::span<const double> values, std::size_t half_edge) {
+/// The lesser of the values at the two ends of a half-edge.
+template <class Values>
+auto lesser_end(const SurfaceView& surface, const Values& values, std::size_t half_edge) {
   const auto& corners = surface.triangles[half_edge / 3];
   return std::min(values[static_cast<std::size_t>(corners[half_edge % 3])],
                   values[static_cast<std::size_t>(corners[(half_edge + 1) % 3])]);
@@ -204,9 +205,12 @@ std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::spa
                                             std::span<const double> strength, std::span<const std::uint8_t> excluded) {
   const double greatest = strength.empty() ? 0 : *std::max_element(strength.begin(), strength.end());
   const LogSteps steps(typical(strength), greatest);
+  // Steps ascend with the strength, so that the weaker end is the end of the lesser step.
+  std::vector<std::int32_t> step_of_vertex(strength.size());
+  std::transform(strength.begin(), strength.end(), step_of_vertex.begin(), steps);
   return flood(
       surface, labels, excluded,
-      [&](std::size_t half_edge, std::size_t) { return steps(weaker_end(surface, strength, half_edge)); },
+      [&](std::size_t half_edge, std::size_t) { return lesser_end(surface, step_of_vertex, half_edge); },
       [](std::size_t, std::size_t) {});
 }
 
@@ -229,7 +233,7 @@ std::vector<std::int32_t> flood_facets(const SurfaceView& surface, std::span<con
   return flood(
       surface, labels, excluded,
       [&](std::size_t half_edge, std::size_t to) {
-        const double bend = curvature.empty() ? 0 : width * weaker_end(surface, curvature, half_edge);
+        const double bend = curvature.empty() ? 0 : width * lesser_end(surface, curvature, half_edge);
         return steps(bend + static_cast<double>((expected[half_edge / 3] - normal_of(to)).norm()));
       },
       [&](std::size_t from, std::size_t to) {
