@@ -11,6 +11,11 @@
 
 namespace meshmser {
 
+/// Properties of points that come from a scanner's grid: the scan line and the place along it, from 0. In a range map
+/// these are row and column; in a PTX file the line is what Leica calls a column and Photoneo a row.
+inline constexpr const char* kGridLine = "scan_line";
+inline constexpr const char* kGridPlace = "scan_place";
+
 /// The vertices (or points) and faces of one file, or of one scan of a file that holds several, in the file's order and
 /// frame. Nothing is merged, dropped or checked but what the format itself demands: indices are in range, every
 /// property has one value per vertex, faces have at least three corners.

@@ -43,7 +43,8 @@ struct PlyElement {
 struct Header {
   Encoding encoding = Encoding::kAscii;
   std::vector<PlyElement> elements;
-  const char* data = nullptr;  // first byte after it
+  std::int64_t num_columns = 0;  // of a range grid, from `obj_info num_cols`; 0: not told
+  const char* data = nullptr;    // first byte after it
 };
 
 std::size_t size_of(ValueType type) {
@@ -170,7 +171,15 @@ Header parse_header(const FileBytes& file) {
   while (!ended && lines.next(line)) {
     const char* at = line.data();
     const std::string_view word = take_word(line);
-    if (word.empty() || word == "comment" || word == "obj_info") continue;
+    if (word.empty() || word == "comment") continue;
+    if (word == "obj_info") {
+      // Free text but for what range maps say of their grid; what is no number is left alone.
+      if (take_word(line) == "num_cols") {
+        const std::string_view count = take_word(line);
+        parse_integer(count.data(), count.data() + count.size(), header.num_columns);
+      }
+      continue;
+    }
     if (word == "format") {
       const std::string_view encoding = take_word(line);
       if (encoding == "ascii") {
@@ -360,6 +369,30 @@ void append_strips(const std::vector<std::int32_t>& strip, Geometry& geometry) {
   }
 }
 
+/// The cells of a range grid, row by row, as the row and column of each vertex; -1 for those in no cell.
+void add_grid_places(const FileBytes& file, const std::vector<std::int64_t>& first_of_cell,
+                     const std::vector<std::int32_t>& vertices, std::int64_t num_columns, Geometry& geometry) {
+  const auto has = [&](std::string_view name) {
+    return std::any_of(geometry.properties.begin(), geometry.properties.end(),
+                       [&](const Property& property) { return property.name == name; });
+  };
+  if (num_columns <= 0 || has(kGridLine) || has(kGridPlace)) return;
+  const std::size_t n = geometry.num_vertices();
+  std::vector<double> line(n, -1), place(n, -1);
+  for (std::size_t cell = 0; cell + 1 < first_of_cell.size(); ++cell)
+    for (std::int64_t i = first_of_cell[cell]; i < first_of_cell[cell + 1]; ++i) {
+      const std::int32_t vertex = vertices[static_cast<std::size_t>(i)];
+      if (vertex < 0) continue;
+      if (static_cast<std::size_t>(vertex) >= n)
+        file.fail(
+            fmt::format("range_grid cell {} names vertex {}; the file has vertices 0 to {}", cell, vertex, n - 1));
+      line[static_cast<std::size_t>(vertex)] = static_cast<double>(static_cast<std::int64_t>(cell) / num_columns);
+      place[static_cast<std::size_t>(vertex)] = static_cast<double>(static_cast<std::int64_t>(cell) % num_columns);
+    }
+  geometry.properties.push_back({kGridLine, ValueType::kInt32, std::move(line)});
+  geometry.properties.push_back({kGridPlace, ValueType::kInt32, std::move(place)});
+}
+
 void check_faces(const FileBytes& file, const Geometry& geometry) {
   const auto n = static_cast<std::int32_t>(geometry.num_vertices());
   for (std::size_t f = 0; f < geometry.num_faces(); ++f) {
@@ -408,6 +441,8 @@ Geometry read_ply(const FileBytes& file) {
   Geometry geometry;
   geometry.name = file.name();
   bool has_vertices = false;
+  std::vector<std::int64_t> first_of_cell;
+  std::vector<std::int32_t> cells;
   const char* data = header.data;
   for (const PlyElement& element : header.elements) {
     if (element.count > kMostElements)
@@ -463,6 +498,11 @@ Geometry read_ply(const FileBytes& file) {
       sink.items = &strips;
     } else if (element.name == "range_grid") {
       geometry.view_direction = Eigen::Vector3d::UnitZ();
+      sink.list = element.find_list({"vertex_indices", "vertex_index"});
+      first_of_cell.assign(1, 0);
+      cells.clear();
+      sink.first = &first_of_cell;
+      sink.items = &cells;
     }
     data = header.encoding == Encoding::kAscii ? read_ascii_element(file, element, data, sink)
                                                : read_binary_element(file, element, data, swap, sink);
@@ -479,6 +519,7 @@ Geometry read_ply(const FileBytes& file) {
   if (!has_vertices) file.fail("has no element 'vertex'; expected points or a mesh");
   if (geometry.positions.empty()) file.fail("has no vertices; expected points or a mesh");
   if (geometry.num_faces() == 0) geometry.first_corner_of_face.clear();
+  if (first_of_cell.size() > 1) add_grid_places(file, first_of_cell, cells, header.num_columns, geometry);
   check_faces(file, geometry);
   return geometry;
 }

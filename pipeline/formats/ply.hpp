@@ -15,7 +15,8 @@ namespace meshmser {
 /// Reads the vertices, faces and triangle strips of a PLY file. `x y z` become positions, every other scalar property
 /// of the vertices a Property; list properties of vertices, other properties of faces and unknown elements (cameras,
 /// materials) are skipped. An element `range_grid` (Stanford range maps) marks a map seen along +z: the scanner looks
-/// down its z axis, so that `view_direction` is +z.
+/// down its z axis, so that `view_direction` is +z. Where `obj_info num_cols` tells its width, each vertex gets its row
+/// and column as the properties kGridLine and kGridPlace (-1: in no cell).
 /// Throws InputError with the header line, the data line (ASCII) or the element and byte (binary); counts are compared
 /// with the size of the file before anything is allocated. O(bytes).
 Geometry read_ply(const FileBytes& file);

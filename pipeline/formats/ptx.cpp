@@ -100,6 +100,7 @@ class PtxReader {
     const std::int64_t cells = columns * rows;
     geometry.positions.reserve(static_cast<std::size_t>(std::min(cells, bytes / 12)));
     std::size_t width = 0;
+    std::vector<double> line, place;
     for (std::int64_t cell = 0; cell < cells; ++cell) {
       next_line("the last cell of the grid");
       const std::size_t n = numbers(v, 3, 7, "a cell of the grid; expected x y z, an intensity and a colour");
@@ -119,7 +120,11 @@ class PtxReader {
       const Eigen::Vector3d p(v[0], v[1], v[2]);
       geometry.positions.push_back(moved ? Eigen::Vector3d(world_from_scan * p) : p);
       for (std::size_t i = 3; i < n; ++i) geometry.properties[i - 3].values.push_back(v[i]);
+      line.push_back(static_cast<double>(cell / rows));
+      place.push_back(static_cast<double>(cell % rows));
     }
+    geometry.properties.push_back({kGridLine, ValueType::kInt32, std::move(line)});
+    geometry.properties.push_back({kGridPlace, ValueType::kInt32, std::move(place)});
     return geometry;
   }
 

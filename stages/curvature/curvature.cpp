@@ -15,6 +15,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // The quadric sees somewhat less than the scale-space step, which blurs less: 3.5 spacings for a radius of 4.
 constexpr double kQuadricShare = 0.875;
 constexpr double kNoiseRadius = 4;  // spacings
+constexpr double kRimShare = 0.5;   // of the radius: a sphere loses a fifth or more of its curvature nearer to a rim
 
 std::vector<double> crease_of(const std::vector<double>& largest, const std::vector<double>& mean) {
   std::vector<double> crease(mean.size());
@@ -29,7 +30,7 @@ Curvature measure_curvature(const PointCloud& cloud, const PointNormals& normals
                             const Execution& execution) {
   const std::size_t n = cloud.num_points();
   Curvature result;
-  const ScaleSpaceParameters scale{options.radius, options.steps};
+  const ScaleSpaceParameters scale{options.radius, options.steps, true};
   ScaleSpace space = scale_space(cloud.positions, normals.normals, scale, execution);
   // A wide neighbourhood's residuals hold the relief itself: sigma_z is measured at 4 spacings at most.
   const double near = kNoiseRadius * cloud.spacing;
@@ -58,6 +59,14 @@ Curvature measure_curvature(const PointCloud& cloud, const PointNormals& normals
     largest[i] = std::max(std::abs(principal.k1[i]), std::abs(principal.k2[i]));
   }
 
+  std::vector<double> rim_distance = std::move(space.rim_distance);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (std::isnan(mean[i])) rim_distance[i] = kNaN;
+    if (!(rim_distance[i] < kRimShare * options.radius)) continue;
+    ++result.report.num_at_rims;
+    if (options.rims == RimTreatment::kExclude) mean[i] = principal.k1[i] = principal.k2[i] = largest[i] = kNaN;
+  }
+
   const double sigma = raw ? quadric_noise(space.noise, cloud.spacing, options.radius)
                            : mean_curvature_noise(space.noise, cloud.spacing, scale);
   std::vector<double> crease = crease_of(largest, mean);
@@ -78,6 +87,7 @@ Curvature measure_curvature(const PointCloud& cloud, const PointNormals& normals
     // The large-scale surface averages over so many points that what is left is the raw point's own noise.
     fields.push_back({"height", "unit", Parity::kOdd, space.noise, std::move(height)});
   }
+  fields.push_back({"rim_distance", "unit", Parity::kEven, kNaN, std::move(rim_distance)});
   result.scalars.radius = options.radius;
   result.smoothed = {std::move(space.positions), options.radius, options.steps};
   return result;

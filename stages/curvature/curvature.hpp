@@ -14,12 +14,16 @@ namespace meshmser {
 /// comparison.
 enum class CurvatureMethod { kScaleSpace, kQuadric };
 
+/// What becomes of points so near to a rim of the cloud that their curvature is biased: within half the radius.
+enum class RimTreatment { kMark, kExclude };
+
 struct CurvatureOptions {
   double radius = 0;  ///< of the regression, in coordinate units
   int steps = 4;
   CurvatureMethod method = CurvatureMethod::kScaleSpace;
   double height_radius = 0;  ///< of the large-scale smoothing, in coordinate units; 0: no height
   int height_steps = 4;
+  RimTreatment rims = RimTreatment::kMark;  ///< kExclude: curvatures there are NaN
 };
 
 struct CurvatureReport {
@@ -27,6 +31,7 @@ struct CurvatureReport {
   std::int64_t num_isolated = 0;         ///< points without a plane: H is NaN
   std::int64_t num_unoriented = 0;       ///< points without a normal: every scalar is NaN
   std::int64_t num_without_quadric = 0;  ///< points with H but no quadric: k1 = k2 = H there
+  std::int64_t num_at_rims = 0;          ///< points within half a radius of a rim: their curvature is biased
 };
 
 struct Curvature {
@@ -39,7 +44,8 @@ struct Curvature {
 ///
 /// normals: one for each point of the cloud. The scalars, in this order: `mean_curvature` H (odd; > 0 on a sphere seen
 /// from outside), `k1` >= `k2` (odd), `max_abs_curvature` = max(|k1|, |k2|), `crease` = sqrt(max_abs_curvature^2 +
-/// 4 H^2), all in 1/unit, and `height` (odd, in units) where asked for. NaN where a point has no plane or no normal.
+/// 4 H^2), all in 1/unit, `height` (odd, in units) where asked for, and `rim_distance` (in units, at most the radius).
+/// NaN where a point has no plane or no normal.
 /// Noise: of H as mean_curvature_noise or quadric_noise says; the other curvatures are measured against the same sigma.
 /// Of height: sigma_z, since the large-scale surface averages the rest away. O(n m) a step with m neighbours; does not
 /// depend on threads.

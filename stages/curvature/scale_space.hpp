@@ -11,6 +11,7 @@ namespace meshmser {
 struct ScaleSpaceParameters {
   double radius = 0;  ///< of the regression neighbourhood, in coordinate units
   int steps = 4;
+  bool find_rims = false;  ///< fills `rim_distance`
 };
 
 /// A cloud after some steps of projection on regression planes, and what the last step says about its curvature.
@@ -19,8 +20,11 @@ struct ScaleSpace {
   std::vector<Eigen::Vector3d>
       normals;  ///< #P: of the last step's planes, outward as the given ones; zero without a plane
   std::vector<double> mean_curvature;  ///< #P: H at the raw point; NaN without a plane or without a given normal
-  double noise = 0;                    ///< sigma_z: standard deviation of raw points from their first planes
-  std::int64_t num_isolated = 0;       ///< points that never had a plane; they stayed where they were
+  /// #P where asked for, else empty: how far the cloud goes on in the direction in which it ends soonest, `radius`
+  /// where it goes on all round; NaN without a plane. H is biased at less than radius / 2.
+  std::vector<double> rim_distance;
+  double noise = 0;               ///< sigma_z: standard deviation of raw points from their first planes
+  std::int64_t num_isolated = 0;  ///< points that never had a plane; they stayed where they were
 };
 
 /// Moves every point at once to its projection on the regression plane of the points within `radius`, `steps` times;

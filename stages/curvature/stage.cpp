@@ -18,6 +18,12 @@ struct EnumNames<CurvatureMethod> {
                                                                        {CurvatureMethod::kQuadric, "quadric"}};
 };
 
+template <>
+struct EnumNames<RimTreatment> {
+  static constexpr std::pair<RimTreatment, const char*> values[] = {{RimTreatment::kMark, "mark"},
+                                                                    {RimTreatment::kExclude, "exclude"}};
+};
+
 namespace {
 
 struct CurvatureParameters {
@@ -27,6 +33,7 @@ struct CurvatureParameters {
   std::optional<AutoOr<Length>> line_width;
   std::optional<Length> height_radius;
   int height_steps = 4;
+  RimTreatment rims = RimTreatment::kMark;
 };
 
 void tell(const Curvature& made, const PointCloud& cloud, RunContext& context) {
@@ -41,6 +48,7 @@ void tell(const Curvature& made, const PointCloud& cloud, RunContext& context) {
   context.report("num_isolated", r.num_isolated);
   context.report("num_unoriented", r.num_unoriented);
   context.report("num_without_quadric", r.num_without_quadric);
+  context.report("num_at_rims", r.num_at_rims);
   const auto n = static_cast<std::int64_t>(cloud.num_points());
   if (100 * r.num_isolated > n)
     context.warn(
@@ -50,7 +58,7 @@ void tell(const Curvature& made, const PointCloud& cloud, RunContext& context) {
 }
 
 struct CurvatureStage {
-  static constexpr StageInfo info{"curvature", 1,
+  static constexpr StageInfo info{"curvature", 2,
                                   "Smooths the points by projection on regression planes and measures the curvature "
                                   "at every raw point [Digne et al. 2011]."};
   using Parameters = CurvatureParameters;
@@ -70,6 +78,9 @@ struct CurvatureStage {
     schema.parameter("height_radius", &Parameters::height_radius, more_than(0), "",
                      "Adds the scalar height above a surface smoothed with this radius; costly when large.");
     schema.parameter("height_steps", &Parameters::height_steps, range(1, 100), "steps", "Of that smoothing.");
+    schema.parameter("rims", &Parameters::rims,
+                     "Points within half a radius of a rim of the cloud, where curvature is biased: mark: the scalar "
+                     "rim_distance tells them; exclude: their curvature is undefined as well.");
     schema.input<PointCloud>("points");
     schema.input<PointNormals>("normals");
     schema.output<SmoothedPoints>("smoothed");
@@ -97,6 +108,7 @@ struct CurvatureStage {
     options.method = p.method;
     if (p.height_radius) options.height_radius = p.height_radius->resolve(scale);
     options.height_steps = p.height_steps;
+    options.rims = p.rims;
     Curvature made = measure_curvature(cloud, normals, options, context.execution());
     made.scalars.line_width = line_width;
     tell(made, cloud, context);

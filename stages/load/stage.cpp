@@ -225,7 +225,7 @@ void tell_of_mesh(const LoadedScan& loaded, RunContext& context) {
 }
 
 struct LoadStage {
-  static constexpr StageInfo info{"load", 1,
+  static constexpr StageInfo info{"load", 2,
                                   "Reads scans or a mesh into points in canonical order and measures their spacing."};
   using Parameters = LoadParameters;
 

@@ -19,6 +19,64 @@ std::size_t at(std::int32_t i) {
   return static_cast<std::size_t>(i);
 }
 
+// Parts the sheets of thin walls that advancing front has joined. Consistently oriented, such a component turns against
+// the normals on a whole sheet: on a large part of its triangles, and in folds, unlike at a patch whose normals have
+// the wrong sign, which orient_by_vote mends. The triangles at both sides of every edge between the two parts are taken
+// out, and the others face as their normals do. Returns how many were taken out.
+std::int64_t part_sheets(std::vector<Triangle>& triangles, const std::vector<Vector3d>& positions,
+                         const std::vector<Vector3d>& directions, const Execution& execution) {
+  constexpr double kSheet = 0.02;  // share of a component's triangles
+  constexpr double kFolded = 0.9;  // mean cosine across the edges between the parts
+  const std::vector<std::int32_t> twins = twin_half_edges(triangles, positions.size(), execution);
+  std::vector<Vector3d> facing(triangles.size());
+  std::vector<bool> agrees(triangles.size()), seen(triangles.size(), false), cut(triangles.size(), false);
+  for (std::size_t f = 0; f < triangles.size(); ++f) {
+    const auto [a, b, c] = triangles[f];
+    facing[f] = (positions[at(b)] - positions[at(a)]).cross(positions[at(c)] - positions[at(a)]).normalized();
+    agrees[f] = facing[f].dot(directions[at(a)] + directions[at(b)] + directions[at(c)]) > 0;
+  }
+  std::vector<std::size_t> component;
+  for (std::size_t first = 0; first < triangles.size(); ++first) {
+    if (seen[first]) continue;
+    execution.check();
+    component.assign(1, first);
+    seen[first] = true;
+    std::size_t num_agreeing = 0;
+    for (std::size_t next = 0; next < component.size(); ++next) {
+      const std::size_t f = component[next];
+      num_agreeing += agrees[f];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = twins[3 * f + k];
+        if (twin < 0 || seen[at(twin) / 3]) continue;
+        seen[at(twin) / 3] = true;
+        component.push_back(at(twin) / 3);
+      }
+    }
+    const std::size_t fewer = std::min(num_agreeing, component.size() - num_agreeing);
+    if (static_cast<double>(fewer) < kSheet * static_cast<double>(component.size())) continue;
+    double cosines = 0, num_between = 0;
+    for (const std::size_t f : component)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = twins[3 * f + k];
+        if (twin < 0 || agrees[at(twin) / 3] == agrees[f]) continue;
+        cosines += facing[f].dot(facing[at(twin) / 3]), num_between += 1;
+        cut[f] = true;
+      }
+    const bool sheets = cosines < kFolded * num_between;
+    for (const std::size_t f : component) {
+      if (!sheets) cut[f] = false;
+      if (sheets && !agrees[f]) std::swap(triangles[f][1], triangles[f][2]);
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t f = 0; f < triangles.size(); ++f)
+    if (!cut[f]) triangles[kept++] = triangles[f];
+  const auto num_cut = static_cast<std::int64_t>(triangles.size() - kept);
+  triangles.resize(kept);
+  if (num_cut > 0) sort_triangles(triangles);
+  return num_cut;
+}
+
 void check_input(const PointCloud& cloud, const PointNormals& normals, const SmoothedPoints* smoothed,
                  const MeshOptions& options) {
   const std::size_t n = cloud.num_points();
@@ -64,8 +122,10 @@ MeshedPoints mesh_points(const PointCloud& cloud, const PointNormals& normals, c
       return too_long(t[0], t[1]) || too_long(t[1], t[2]) || too_long(t[2], t[0]);
     }));
   }
-  if (options.method == MeshMethod::kAdvancingFront)
+  if (options.method == MeshMethod::kAdvancingFront) {
     triangles = oriented_manifold(std::move(triangles), &report.repair);
+    report.between_sheets = part_sheets(triangles, positions, directions, execution);
+  }
   if (options.close_loops >= 3)
     report.loops = close_loops(triangles, positions, directions, smoothed != nullptr ? &cloud.positions : nullptr,
                                options.max_edge, options.close_loops, execution);

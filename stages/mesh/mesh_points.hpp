@@ -25,9 +25,10 @@ struct MeshOptions {
 
 /// What came of the points, for the user and for tests.
 struct MeshReport {
-  std::int64_t too_long = 0;  ///< triangles left out because an edge between raw points is longer than max_edge
-  ManifoldRepair repair;      ///< of advancing front
-  LocalDelaunayCounts votes;  ///< of local Delaunay
+  std::int64_t too_long = 0;        ///< triangles left out because an edge between raw points is longer than max_edge
+  std::int64_t between_sheets = 0;  ///< triangles of advancing front taken out where they join two sheets of a wall
+  ManifoldRepair repair;            ///< of advancing front
+  LocalDelaunayCounts votes;        ///< of local Delaunay
   LoopCounts loops;
   std::int64_t unused_points = 0;
   std::int64_t split_vertices = 0;
@@ -41,7 +42,8 @@ struct MeshedPoints {
   MeshReport report;
 };
 
-/// An interpolating mesh of a cloud (definitions 4): triangles found on the smoothed positions, vertices at the raw ones.
+/// An interpolating mesh of a cloud (definitions 4): triangles found on the smoothed positions, vertices at the raw
+/// ones.
 ///
 /// `normals` #P; `smoothed` #P or null (then the raw positions serve). The mesh is an oriented manifold with one fan at
 /// each vertex, gaps wider than max_edge stay open, sides are those of the vote (orient_by_vote). Vertices by point id,

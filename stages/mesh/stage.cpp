@@ -53,6 +53,7 @@ void tell(const MeshedPoints& made, const PointCloud& cloud, RunContext& context
   context.report("num_unused_points", r.unused_points);
   context.report("num_split_vertices", r.split_vertices);
   context.report("num_too_long_triangles", r.too_long);
+  context.report("num_triangles_between_sheets", r.between_sheets);
   context.report("num_loops_closed", r.loops.closed);
   context.report("num_loops_left_open", r.loops.left_open);
   context.report("num_inconsistent_triangles", r.repair.inconsistent + r.repair.third_on_edge + r.repair.degenerate);
@@ -79,7 +80,7 @@ void tell(const MeshedPoints& made, const PointCloud& cloud, RunContext& context
 }
 
 struct MeshStage {
-  static constexpr StageInfo info{"mesh", 1,
+  static constexpr StageInfo info{"mesh", 2,
                                   "Connects the points to an oriented manifold mesh whose scanning holes stay open "
                                   "[Gopi 2000, Cohen-Steiner 2004]."};
   using Parameters = MeshParameters;

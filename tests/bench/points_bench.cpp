@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "stages/common/cell_grid.hpp"
 #include "stages/common/nearest_neighbors.hpp"
 #include "stages/curvature/curvature.hpp"
 #include "stages/curvature/quadric.hpp"
@@ -65,6 +66,10 @@ void neighbors(benchmark::State& state) {
 void orientation(benchmark::State& state) {
   measure(state, [](const Prepared& p) { return orient(p.cloud, {}, one_thread()); });
 }
+// What two radii could share at most: the grid of their first step.
+void grid_of_one_step(benchmark::State& state) {
+  measure(state, [](const Prepared& p) { return CellGrid(p.cloud.positions, 2 * p.cloud.spacing).num_points(); });
+}
 void scale_space_of_four_steps(benchmark::State& state) {
   measure(state, [](const Prepared& p) {
     return scale_space(p.cloud.positions, p.normals.normals, {4 * p.cloud.spacing, 4}, one_thread());
@@ -86,6 +91,7 @@ void curvature(benchmark::State& state) {
 #define MESHMSER_SIZES(name) BENCHMARK(name)->Arg(500000)->Arg(2500000)->Unit(benchmark::kMillisecond)
 MESHMSER_SIZES(neighbors);
 MESHMSER_SIZES(orientation);
+MESHMSER_SIZES(grid_of_one_step);
 MESHMSER_SIZES(scale_space_of_four_steps);
 MESHMSER_SIZES(quadrics);
 MESHMSER_SIZES(curvature);

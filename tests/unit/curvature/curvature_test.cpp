@@ -94,11 +94,13 @@ TEST(Curvature, ListsItsScalarsWithUnitsAndNoise) {
   std::vector<std::string> names;
   for (const ScalarField& f : c.scalars.fields) {
     names.push_back(f.name);
-    EXPECT_EQ(f.unit, "1/unit");
-    EXPECT_GT(f.noise, 0);
+    const bool is_distance = f.name == "rim_distance";
+    EXPECT_EQ(f.unit, is_distance ? "unit" : "1/unit");
+    EXPECT_EQ(f.noise > 0, !is_distance);
     ASSERT_EQ(f.values.size(), s.points.size());
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"mean_curvature", "k1", "k2", "max_abs_curvature", "crease"}));
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"mean_curvature", "k1", "k2", "max_abs_curvature", "crease", "rim_distance"}));
   EXPECT_EQ(c.scalars.find("mean_curvature")->parity, Parity::kOdd);
   EXPECT_EQ(c.scalars.find("crease")->parity, Parity::kEven);
   EXPECT_EQ(c.smoothed.radius, 0.2);

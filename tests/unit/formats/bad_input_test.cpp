@@ -236,6 +236,11 @@ const std::vector<BadInput>& bad_inputs() {
        "@:5: the file ends without 'endsolid'; it is truncated, copy it again"},
       {"two.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n",
        "@:7: a facet of 2 vertices; expected three"},
+      {"grid.ply",
+       "ply\nformat ascii 1.0\nobj_info num_cols 1\nelement vertex 1\nproperty float x\nproperty float y\nproperty "
+       "float "
+       "z\nelement range_grid 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n0\n1 7\n",
+       "@: range_grid cell 1 names vertex 7; the file has vertices 0 to 0"},
       {"number.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 o\n",
        "@:4: 'o' is not a number; expected 'vertex x y z'"},
       {"word.stl", "solid a\nfact normal 0 0 1\nendsolid\n",

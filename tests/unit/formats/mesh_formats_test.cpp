@@ -96,9 +96,28 @@ TEST(Ptx, ScansStandWhereTheirMatrixPutsThem) {
   EXPECT_EQ(scans[0].num_empty_cells, 1);
   EXPECT_EQ(*scans[0].scanner_position, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(scans[0].properties[0].values, (std::vector<double>{0.5, 0.25, 0.75}));
+  // Cells go line by line; the empty one counts.
+  EXPECT_EQ(scans[0].properties[4].name, "scan_line");
+  EXPECT_EQ(scans[0].properties[4].values, (std::vector<double>{0, 1, 1}));
+  EXPECT_EQ(scans[0].properties[5].name, "scan_place");
+  EXPECT_EQ(scans[0].properties[5].values, (std::vector<double>{0, 0, 1}));
   // Row vectors times the matrix: x goes to y, then the translation.
   EXPECT_EQ(scans[1].positions[0], Eigen::Vector3d(5, 1, 0));
   EXPECT_EQ(*scans[1].scanner_position, Eigen::Vector3d(5, 0, 0));
+}
+
+// The same grid of 2 x 3 cells as Leica writes it (columns first, column by column) and as Photoneo does (rows first,
+// row by row): the first number counts the lines, the second the places along one.
+TEST(Ptx, LeicaColumnsAndPhotoneoRowsAreScanLines) {
+  TemporaryFolder folder;
+  const std::string head = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const std::string text = "2\n3\n" + head + "1 1 9 .5\n1 2 9 .5\n1 3 9 .5\n2 1 9 .5\n2 2 9 .5\n2 3 9 .5\n";
+  const Geometry scan = read_geometry_file(folder.write("a.ptx", text)).at(0);
+  ASSERT_EQ(scan.properties.size(), 3u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(scan.properties[1].values[i], scan.positions[i].x() - 1);
+    EXPECT_EQ(scan.properties[2].values[i], scan.positions[i].y() - 1);
+  }
 }
 
 std::string pcd_header(const std::string& encoding) {

@@ -80,6 +80,19 @@ TEST(Ply, RangeGridMeansAViewAlongZ) {
   EXPECT_EQ(g.num_faces(), 0u);
 }
 
+TEST(Ply, RangeGridGivesRowAndColumn) {
+  const std::string vertices =
+      "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement range_grid 6\n"
+      "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n2 0 0\n0\n1 1\n0\n0\n0\n1 0\n";
+  const Geometry g = read_text("ply\nformat ascii 1.0\nobj_info num_cols 3\nobj_info num_rows 2\n" + vertices);
+  ASSERT_EQ(g.properties.size(), 2u);
+  EXPECT_EQ(g.properties[0].name, "scan_line");
+  EXPECT_EQ(g.properties[0].values, (std::vector<double>{1, 0, -1}));
+  EXPECT_EQ(g.properties[1].name, "scan_place");
+  EXPECT_EQ(g.properties[1].values, (std::vector<double>{2, 1, -1}));
+  EXPECT_TRUE(read_text("ply\nformat ascii 1.0\nobj_info num_cols many\n" + vertices).properties.empty());
+}
+
 TEST(Ply, StripsBecomeTrianglesOfOneOrientation) {
   const Geometry g = read_text(
       "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include "pipeline/stage/command.hpp"
@@ -179,6 +182,35 @@ TEST_F(LoadStageTest, SkippedLinesAreAWarning) {
   folder_.write("a.xyz", "1 2 3\nx\n4 5 6\n");
   run(bind({{"path", text("a.xyz")}, {"skip_bad_lines", text("true")}}).get());
   EXPECT_THAT(warnings_, Contains(HasSubstr("1 lines were not points")));
+}
+
+TEST_F(LoadStageTest, MisregisteredPassesAreAWarningFromHalfASpacing) {
+  // Two passes over a plate at spacing 1, 2 points a unit together: h = 1 / sqrt(2).
+  const auto write = [&](const std::string& name, double shift, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> shake(-0.3, 0.3);
+    std::string rows;
+    for (int i = 0; i < 60; ++i)
+      for (int j = 0; j < 60; ++j)
+        rows += std::to_string(i + shake(random)) + " " + std::to_string(j + shake(random)) + " " +
+                std::to_string(shift + 0.05 * shake(random)) + "\n";
+    folder_.write(name, rows);
+  };
+  const auto both = bind({{"files", list({map({{"path", text("a.xyz")}}), map({{"path", text("b.xyz")}})})}});
+  for (const double spacings : {0.0, 0.4, 0.6, 1.0}) {
+    write("a.xyz", 0, 1);
+    write("b.xyz", spacings * std::sqrt(0.5), 2);
+    run(both.get());
+    const auto told = std::find_if(report_.begin(), report_.end(),
+                                   [](const ReportItem& item) { return item.name == "pass_distance"; });
+    ASSERT_NE(told, report_.end());
+    EXPECT_NEAR(std::get<double>(told->value), spacings, 0.07);
+    if (spacings < 0.5)
+      EXPECT_TRUE(warnings_.empty()) << spacings;
+    else
+      EXPECT_THAT(warnings_, Contains(HasSubstr("overlapping scans are misregistered: a.xyz and b.xyz lie ")))
+          << spacings;
+  }
 }
 
 class NoHost : public CommandHost {
