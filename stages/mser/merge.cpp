@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "stages/mser/label_graph.hpp"
+#include "stages/mser/patch_walk.hpp"
 
 namespace meshmser {
 namespace {
@@ -56,11 +57,17 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-double length_of(const SurfaceView& surface, const CommonBorder& border) {
+/// How far a border reaches: its length, or the diagonal of the box around it, which zigzags do not lengthen.
+double extent_of(const SurfaceView& surface, const CommonBorder& border) {
   double length = 0;
-  for (const std::int32_t h : border.half_edges)
-    length += (position(surface, h / 3, h % 3) - position(surface, h / 3, (h + 1) % 3)).norm();
-  return length;
+  Eigen::AlignedBox3d box;
+  for (const std::int32_t h : border.half_edges) {
+    const Eigen::Vector3d from = position(surface, h / 3, h % 3), to = position(surface, h / 3, (h + 1) % 3);
+    length += (from - to).norm();
+    box.extend(from);
+    box.extend(to);
+  }
+  return std::min(length, box.diagonal().norm());
 }
 
 /// One side of a border sample.
@@ -70,50 +77,25 @@ struct Side {
   double weight = 0;
 };
 
-/// Gathers the triangles of a patch around a place; one for each thread.
-class Surroundings {
- public:
-  Side look(const SurfaceView& surface, const LabelGraph& graph, std::span<const std::int32_t> labels,
-            const Eigen::Vector3d& place, double radius, std::int32_t first) {
-    met_.resize(labels.size(), 0);
-    if (++round_ == 0) {
-      std::fill(met_.begin(), met_.end(), 0);
-      round_ = 1;
-    }
-    const std::int32_t label = graph.stands_for(labels[static_cast<std::size_t>(first)]);
-    const double radius2 = radius * radius;
-    Side side;
-    front_.assign(1, first);
-    met_[static_cast<std::size_t>(first)] = round_;
-    for (std::size_t i = 0; i < front_.size(); ++i) {
-      const std::int32_t t = front_[i];
-      const Eigen::Vector3d a = position(surface, t, 0), b = position(surface, t, 1), c = position(surface, t, 2);
-      const Eigen::Vector3d centroid = (a + b + c) / 3;
-      const double distance2 = (centroid - place).squaredNorm();
-      // The first one counts wherever its centroid lies, so that no side is empty.
-      if (distance2 > radius2 && i > 0) continue;
-      side.normal += distance2 * (b - a).cross(c - a);
-      const double weight = distance2 * (b - a).cross(c - a).norm();
-      side.centre += weight * centroid;
-      side.weight += weight;
-      for (std::int32_t k = 0; k < 3; ++k) {
-        const std::int32_t twin = surface.twins[static_cast<std::size_t>(3 * t + k)];
-        if (twin < 0) continue;
-        const auto neighbour = static_cast<std::size_t>(twin / 3);
-        if (met_[neighbour] == round_) continue;
-        met_[neighbour] = round_;
-        if (graph.stands_for(labels[neighbour]) == label) front_.push_back(twin / 3);
-      }
-    }
-    if (side.weight > 0) side.centre /= side.weight;
-    return side;
-  }
-
- private:
-  std::vector<std::uint32_t> met_;
-  std::uint32_t round_ = 0;
-  std::vector<std::int32_t> front_;
-};
+/// The triangles of the patch of `first` within the radius of a place.
+Side look(const SurfaceView& surface, const LabelGraph& graph, std::span<const std::int32_t> labels,
+          const Eigen::Vector3d& place, double radius, std::int32_t first, PatchWalk& walk) {
+  const std::int32_t label = graph.stands_for(labels[static_cast<std::size_t>(first)]);
+  Side side;
+  walk.walk(
+      surface, place, radius, first,
+      [&](std::int32_t t) { return graph.stands_for(labels[static_cast<std::size_t>(t)]) == label; },
+      [&](std::int32_t t, const Eigen::Vector3d& centroid) {
+        const Eigen::Vector3d a = position(surface, t, 0), b = position(surface, t, 1), c = position(surface, t, 2);
+        const double distance2 = (centroid - place).squaredNorm();
+        side.normal += distance2 * (b - a).cross(c - a);
+        const double weight = distance2 * (b - a).cross(c - a).norm();
+        side.centre += weight * centroid;
+        side.weight += weight;
+      });
+  if (side.weight > 0) side.centre /= side.weight;
+  return side;
+}
 
 }  // namespace
 
@@ -168,12 +150,12 @@ std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span
   };
   for (std::size_t label = 1; label < own.size(); ++label) measure_own(label);
 
-  tbb::enumerable_thread_specific<Surroundings> surroundings;
+  tbb::enumerable_thread_specific<PatchWalk> walks;
   const auto measure = [&](std::int32_t a, std::int32_t b, const CommonBorder& border) {
     // Facets that touch at a corner have nothing that turns between them, and are two.
     const double smaller = std::min(area[static_cast<std::size_t>(a)], area[static_cast<std::size_t>(b)]);
     if (smaller > std::numbers::pi * parameters.radius * parameters.radius &&
-        length_of(surface, border) < parameters.radius)
+        extent_of(surface, border) < parameters.radius)
       return std::numbers::pi;
     const double explained = std::max(own[static_cast<std::size_t>(a)], own[static_cast<std::size_t>(b)]);
     const auto num_edges = static_cast<std::int64_t>(border.half_edges.size());
@@ -183,10 +165,10 @@ std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span
       const std::int32_t h = border.half_edges[static_cast<std::size_t>((2 * i + 1) * num_edges / (2 * num_samples))];
       const std::int32_t t = h / 3;
       const Eigen::Vector3d place = (position(surface, t, h % 3) + position(surface, t, (h + 1) % 3)) / 2;
-      Surroundings& scratch = surroundings.local();
-      const Side one = scratch.look(surface, graph, labels, place, parameters.radius, t);
-      const Side other = scratch.look(surface, graph, labels, place, parameters.radius,
-                                      surface.twins[static_cast<std::size_t>(h)] / 3);
+      PatchWalk& walk = walks.local();
+      const Side one = look(surface, graph, labels, place, parameters.radius, t, walk);
+      const Side other =
+          look(surface, graph, labels, place, parameters.radius, surface.twins[static_cast<std::size_t>(h)] / 3, walk);
       if (one.weight <= 0 || other.weight <= 0) continue;
       // The turn along the way from centre to centre, with its sign, so that noise averages out.
       const Eigen::Vector3d way = other.centre - one.centre;

@@ -1,6 +1,6 @@
 #pragma once
-/// Joining of neighbouring label patches across borders that are none (definitions 9). Labels are #F numbers >= 0, 0 for
-/// background, which never joins. Returned labels: joined patches bear the smallest of their labels. Weakest border
+/// Joining of neighbouring label patches across borders that are none (definitions 9). Labels are #F numbers >= 0, 0
+/// for background, which never joins. Returned labels: joined patches bear the smallest of their labels. Weakest border
 /// first; ties to the pair of smaller labels. Results do not depend on the number of threads.
 
 #include <cstdint>

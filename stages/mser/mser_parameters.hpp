@@ -32,6 +32,8 @@ struct MserParameters {
   FloodBy flood_by = FloodBy::kStrength;
   Length flood_width = spacings(40);
   std::string strength = "auto";
+  Border border = Border::kFlood;
+  Length side_radius = spacings(8);
   Merge merge = Merge::kNone;
   Amount saliency = noises(6);
   Angle turning{6};

@@ -45,7 +45,10 @@ std::vector<std::int32_t> select_stable_branch(const ComponentTree& tree, const 
   std::vector<std::int32_t> selected = select_persistence(tree, maxima, significance, fates);
   for (std::int32_t& choice : selected) {
     const std::int32_t end = choice;
+    // A speck at the very maximum changes little from level to level because it is small, not because it is stable.
     std::int32_t node = maxima.highest_of_node[static_cast<std::size_t>(end)];
+    while (node != end && area_of_node(tree, node) < significance.min_area)
+      node = tree.parent_of_node[static_cast<std::size_t>(node)];
     choice = node;
     while (node != end) {
       node = tree.parent_of_node[static_cast<std::size_t>(node)];

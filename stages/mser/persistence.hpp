@@ -21,8 +21,9 @@ struct Significance {
 std::vector<std::int32_t> select_persistence(const ComponentTree& tree, const Maxima& maxima,
                                              const Significance& significance, NodeFates* fates = nullptr);
 
-/// For each node of select_persistence the node of least q from it up to its maximum, ties to the larger node;
-/// ascending. `changes`: of change_of_nodes; `fates` as for select_persistence. O(N).
+/// For each node of select_persistence the node of least q from it up to its maximum, of those of at least the area
+/// that makes a maximum significant and itself, ties to the larger node; ascending. `changes`: of change_of_nodes;
+/// `fates` as for select_persistence. O(N).
 std::vector<std::int32_t> select_stable_branch(const ComponentTree& tree, const Maxima& maxima,
                                                std::span<const std::int64_t> changes, const Significance& significance,
                                                NodeFates* fates = nullptr);

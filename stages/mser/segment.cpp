@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stages/mser/describe_regions.hpp"
+#include "stages/mser/fit_borders.hpp"
 #include "stages/mser/grow.hpp"
 #include "stages/mser/label_triangles.hpp"
 #include "stages/mser/level_lines.hpp"
@@ -43,6 +44,8 @@ void check(const SegmentInputs& inputs, const SegmentParameters& parameters) {
     throw StageError("selecting meaningful lines needs a distance and a number of false alarms greater than 0");
   if (parameters.merge == Merge::kTurning && !(parameters.turning_radius > 0))
     throw StageError("merging by turning needs a radius greater than 0");
+  if (parameters.border == Border::kSides && !(parameters.side_radius > 0 && parameters.spacing > 0))
+    throw StageError("borders by sides need a radius and a spacing greater than 0");
 }
 
 /// Applies filters one after the other to the selections of all trees and counts what each removes.
@@ -251,6 +254,15 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
   // After the flood: a small seed may be all that a large facet has.
   if (parameters.grow != Grow::kNone && parameters.absorb_area > 0)
     labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
+  const auto settle = [&] {
+    if (parameters.border != Border::kSides) return;
+    FitParameters fit;
+    fit.spacing = parameters.spacing;
+    fit.radius = parameters.side_radius;
+    labels = fit_borders(surface, labels, areas, fit, execution);
+    if (parameters.absorb_area > 0) labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
+  };
+  settle();
   if (parameters.merge == Merge::kSaliency)
     labels = merge_by_saliency(surface, labels, strength, areas, parameters.saliency, execution);
   if (parameters.merge == Merge::kTurning) {
@@ -261,6 +273,8 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
     if (!curvature.empty()) bending = triangle_means(surface, curvature, execution);
     labels = merge_by_turning(surface, labels, bending, areas, turning, execution);
   }
+  // Once more where false parts of a side have joined it.
+  if (parameters.merge != Merge::kNone) settle();
   return labels;
 }
 

@@ -19,6 +19,7 @@ namespace meshmser {
 enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch, kLength, kLevel, kMeaningful };
 enum class Grow : std::uint8_t { kNone, kAbsorb, kWatershed };
 enum class FloodBy : std::uint8_t { kStrength, kFacets, kLikeness };
+enum class Border : std::uint8_t { kFlood, kSides };
 enum class Merge : std::uint8_t { kNone, kSaliency, kTurning };
 
 /// Areas in coordinate units squared, lengths in coordinate units, scalars in units of S.
@@ -48,6 +49,9 @@ struct SegmentParameters {
   double absorb_area = 0;  ///< patches below this join a neighbour, unless grow is none
   FloodBy flood_by = FloodBy::kStrength;
   double flood_width = 0;  ///< for facets: see flood_facets
+  Border border = Border::kFlood;
+  double side_radius = 0;  ///< > 0 for borders by sides: see fit_borders
+  double spacing = 0;      ///< > 0 for borders by sides: h
   Merge merge = Merge::kNone;
   double saliency = 0;
   double turning = 6 * 0.017453292519943295;  ///< radians

@@ -44,6 +44,10 @@ struct EnumNames<FloodBy> {
       {FloodBy::kStrength, "strength"}, {FloodBy::kFacets, "facets"}, {FloodBy::kLikeness, "likeness"}};
 };
 template <>
+struct EnumNames<Border> {
+  static constexpr std::pair<Border, const char*> values[] = {{Border::kFlood, "flood"}, {Border::kSides, "sides"}};
+};
+template <>
 struct EnumNames<Merge> {
   static constexpr std::pair<Merge, const char*> values[] = {
       {Merge::kNone, "none"}, {Merge::kSaliency, "saliency"}, {Merge::kTurning, "turning"}};
@@ -166,6 +170,9 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
   p.absorb_area = given.absorb.resolve(scale);
   p.flood_by = given.flood_by;
   p.flood_width = given.flood_width.resolve(scale);
+  p.border = given.border;
+  p.side_radius = given.side_radius.resolve(scale);
+  p.spacing = mesh.spacing;
   p.merge = given.merge;
   if (given.merge == Merge::kSaliency) p.saliency = resolve(given.saliency, trees, "saliency");
   p.turning = given.turning.degrees * std::numbers::pi / 180;
@@ -175,7 +182,7 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
 
 struct MserStage {
   static constexpr StageInfo info{
-      "mser", 1, "Selects the stable regions of the level sets and labels the triangles [Digne et al. 2010]."};
+      "mser", 2, "Selects the stable regions of the level sets and labels the triangles [Digne et al. 2010]."};
   using Parameters = MserParameters;
 
   static void declare(StageSchema& s) {
@@ -230,6 +237,10 @@ struct MserStage {
     s.parameter("strength", &P::strength,
                 "Scalar along whose crests labels meet and are parted: auto is that of the tree, without its sign; or "
                 "a name, as crease or fine.crease.");
+    s.parameter("border", &P::border,
+                "Where labels part: where the floods met (flood), or where the planes of both sides meet (sides).");
+    s.parameter("side_radius", &P::side_radius, more_than(0), "",
+                "For border: sides; how far from the border planes are fitted.");
     s.parameter("merge", &P::merge,
                 "Joins neighbouring labels where the scalar hardly rises at their border (saliency) or the surface "
                 "hardly turns (turning).");

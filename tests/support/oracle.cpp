@@ -246,6 +246,7 @@ std::set<Triangles> persistent(const Surface& surface, const std::vector<Node>& 
     std::size_t best = nodes.size();
     for (std::size_t m = 0; m < nodes.size(); ++m)
       if (contains(node.triangles, nodes[m].triangles) && contains(nodes[m].triangles, maximum) &&
+          (nodes[m].triangles == node.triangles || total_area(surface, nodes[m].triangles) >= min_area) &&
           (best == nodes.size() || compare((*q)[m], (*q)[best]) <= 0))
         best = m;
     chosen.insert(nodes[best].triangles);

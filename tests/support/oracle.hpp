@@ -63,7 +63,8 @@ struct Lifetime {
 std::map<Triangles, Lifetime> lifetimes(const std::vector<Node>& nodes, const std::vector<double>& heights);
 
 /// The largest nodes that hold exactly one maximum which lasts longer than `min_persistence` and is the highest of a
-/// node of at least `min_area`; no roots. With `q`, instead of each the node of least q from it to its maximum.
+/// node of at least `min_area`; no roots. With `q`, instead of each the node of least q from it to its maximum, of those of
+/// at least `min_area` and itself.
 std::set<Triangles> persistent(const Surface& surface, const std::vector<Node>& nodes,
                                const std::vector<double>& heights, double min_persistence, std::int64_t min_area,
                                const std::vector<Ratio>* q);

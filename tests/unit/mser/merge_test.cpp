@@ -68,6 +68,27 @@ TEST(MergeByTurning, ForgivesWhatTheOwnCurvatureExplains) {
   EXPECT_THAT(merge_by_turning(field.view(), labels, curvature, field.areas, parameters), Each(1));
 }
 
+// The same where the little common border runs to and fro.
+TEST(MergeByTurning, AZigzagAtACornerIsNoBorder) {
+  const HeightField field = make_height_field(60, 60);
+  const auto labels = field.numbers([](const Eigen::Vector3d& p) {
+    if (std::abs(p.x() - 30) < 2 && std::abs(p.y() - 30) < 2) {
+      const double tooth = std::fmod(p.y(), 1.0) < 0.5 ? -2 : 2;
+      return p.x() < 30 + tooth ? 1 : 2;
+    }
+    return p.x() < 30 && p.y() < 30 ? 1 : p.x() > 30 && p.y() > 30 ? 2 : 0;
+  });
+  double length = 0;
+  for (std::size_t h = 0; h < field.twins.size(); ++h)
+    if (labels[h / 3] == 1 && field.twins[h] >= 0 && labels[static_cast<std::size_t>(field.twins[h] / 3)] == 2)
+      length += (field.positions[static_cast<std::size_t>(field.triangles[h / 3][h % 3])] -
+                 field.positions[static_cast<std::size_t>(field.triangles[h / 3][(h + 1) % 3])])
+                    .norm();
+  EXPECT_GT(length, 6);
+  const TurningParameters parameters{5 * kDegree, 6, 60, 0.1};
+  EXPECT_EQ(merge_by_turning(field.view(), labels, {}, field.areas, parameters), labels);
+}
+
 // Four flat quarters: neighbours join along their sides, but not those that meet at a corner only.
 TEST(MergeByTurning, DoesNotJoinAcrossACorner) {
   const HeightField field = make_height_field(60, 60);

@@ -57,5 +57,15 @@ TEST(SelectStableBranch, TakesTheLeastChangeBelowTheFirstMerge) {
   EXPECT_THAT(select_stable_branch(tree, maxima, equal, {2, 0}), ElementsAre(2, 3)) << "ties to the larger";
 }
 
+// A node of few triangles changes little from level to level because it is small.
+TEST(SelectStableBranch, LeavesOutSpecksAtTheMaximum) {
+  const ComponentTree tree = two_hills();
+  const Maxima maxima = find_maxima(tree);
+  const std::vector<std::int64_t> still = {0, 0, 14, 0, 50};
+  EXPECT_THAT(select_stable_branch(tree, maxima, still, {2, 4}), ElementsAre(0, 3));
+  EXPECT_THAT(select_stable_branch(tree, maxima, still, {2, 5}), ElementsAre(2, 3)) << "node 0 has an area of 4";
+  EXPECT_THAT(select_stable_branch(tree, maxima, still, {1, 4}), ElementsAre(0, 3)) << "node 1 is not significant";
+}
+
 }  // namespace
 }  // namespace meshmser
