@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/artifacts/level_set_trees.hpp"
+#include "pipeline/artifacts/node_fate.hpp"
 
 namespace meshmser {
 
@@ -68,6 +69,7 @@ struct Segmentation {
   std::vector<std::int32_t> region_of_label;         ///< #L + 1: 1 + index of the region the label came from; [0] is 0
   std::vector<double> area_of_label;                 ///< #L + 1
   std::vector<FilterCount> filters;                  ///< in the order applied
+  std::vector<TreeFates> fates;                      ///< one for each tree, in their order; empty: not recorded
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& field) {
@@ -77,6 +79,7 @@ struct Segmentation {
     field("region_of_label", self.region_of_label);
     field("area_of_label", self.area_of_label);
     field("filters", self.filters);
+    field("fates", self.fates);
   }
 };
 

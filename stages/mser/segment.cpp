@@ -328,17 +328,20 @@ RegionSelection select_regions(const SegmentInputs& inputs, const SegmentParamet
   return select_regions(inputs, parameters, areas, fates, execution);
 }
 
-Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& parameters, const Execution& execution) {
+Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& parameters, const Execution& execution,
+                     bool record_fates) {
   check(inputs, parameters);
   const SurfaceView& surface = inputs.surface;
   const LevelSetTrees& level_sets = inputs.level_sets;
   const std::vector<ComponentTree>& trees = level_sets.trees;
   const std::vector<double> areas = triangle_areas(surface.positions, surface.triangles, execution);
-  RegionSelection selection = select_regions(inputs, parameters, areas, nullptr, execution);
+  std::vector<NodeFates> fates;
+  RegionSelection selection = select_regions(inputs, parameters, areas, record_fates ? &fates : nullptr, execution);
   const std::vector<SelectedNode>& regions = selection.regions;
 
   Segmentation segmentation;
   segmentation.filters = std::move(selection.filters);
+  for (NodeFates& of_tree : fates) segmentation.fates.push_back({std::move(of_tree)});
   execution.report("describing regions", 2, 4);
   segmentation.regions = describe_regions(surface, trees, selection.selections, regions, level_sets.values, areas);
   for (std::size_t r = 0; r < regions.size(); ++r)

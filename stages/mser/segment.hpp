@@ -91,7 +91,8 @@ RegionSelection select_regions(const SegmentInputs& inputs, const SegmentParamet
 
 /// Segments a surface by the level sets of a scalar on it. Regions and labels are numbered from 1 by decreasing area,
 /// then smallest triangle id. Throws StageError where the arrays' sizes differ or a parameter is out of range.
-/// Linear in the mesh but for sorting regions and for what contrast and turning look at.
-Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& parameters, const Execution& execution = {});
+/// Linear in the mesh but for sorting regions and for what contrast and turning look at. Fates are recorded on request.
+Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& parameters, const Execution& execution = {},
+                     bool record_fates = false);
 
 }  // namespace meshmser

@@ -284,7 +284,7 @@ struct MserStage {
     if (wants_bending(parameters)) curvature = bending(trees, mesh, inputs);
     Segmentation segmentation =
         segment({{mesh.positions, mesh.triangles, twins}, trees, strength, curvature, mesh.normals}, resolved,
-                context.execution());
+                context.execution(), true);
 
     context.report("num_regions", static_cast<std::int64_t>(segmentation.regions.size()));
     context.report("num_labels", static_cast<std::int64_t>(segmentation.region_of_label.size()) - 1);
