@@ -4,7 +4,7 @@ namespace meshmser {
 
 std::vector<CommandDefinition> program_commands() {
   std::vector<CommandDefinition> commands = {run_command(),    validate_command(), explain_command(),
-                                             show_command(),   report_command(),   stages_command(),
+                                             show_command(),   stages_command(),
                                              schema_command(), cache_command(),    completion_command()};
   for (const CommandDefinition* command : all_commands()) commands.push_back(*command);
   for (CommandDefinition& command : commands)

@@ -11,7 +11,6 @@ CommandDefinition run_command();
 CommandDefinition validate_command();
 CommandDefinition explain_command();
 CommandDefinition show_command();
-CommandDefinition report_command();
 CommandDefinition stages_command();
 CommandDefinition schema_command();
 CommandDefinition cache_command();

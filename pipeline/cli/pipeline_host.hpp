@@ -17,6 +17,7 @@ class PipelineHost : public CommandHost {
                                    std::size_t type) override;
   std::shared_ptr<const void> parameters(const std::string& config_path, const std::vector<std::string>& set,
                                          const std::string& stage) override;
+  std::vector<std::filesystem::path> run(const RunRequest& request) override;
   std::string units(const std::string& config_path) override;
   const Execution& execution() const override { return execution_; }
 

@@ -2,6 +2,7 @@
 /// Commands of the program that need a stage's knowledge (init, render, why): the stage registers them, the command
 /// line finds them here.
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -11,6 +12,15 @@
 #include "pipeline/stage/stage.hpp"
 
 namespace meshmser {
+
+/// A run that a command asks for.
+struct RunRequest {
+  std::string config_path;
+  std::vector<std::string> set{};
+  std::string out{}, cache{};  ///< folders; empty: as `meshmser run` chooses them
+  std::string last_stage{};    ///< added at the end where the configuration has no stage of that kind
+  bool quiet = false;          ///< tells only warnings
+};
 
 /// What a command may ask of the pipeline: a configuration's artifacts, taken from the cache or made.
 class CommandHost {
@@ -23,6 +33,9 @@ class CommandHost {
   /// The parameters (of the stage's own type) of the last stage of that kind; nullptr: the configuration has none.
   virtual std::shared_ptr<const void> parameters(const std::string& config_path, const std::vector<std::string>& set,
                                                  const std::string& stage) = 0;
+  /// Runs a configuration and tells of it as `meshmser run` does; the files that its stages of the kind `last_stage`
+  /// published.
+  virtual std::vector<std::filesystem::path> run(const RunRequest& request) = 0;
   /// The unit of the configuration's coordinates.
   virtual std::string units(const std::string& config_path) = 0;
   virtual const Execution& execution() const = 0;

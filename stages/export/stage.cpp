@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -11,7 +12,9 @@
 #include <vector>
 
 #include "stages/export/export_files.hpp"
+#include "stages/export/plan_files.hpp"
 #include "stages/export/render.hpp"
+#include "stages/export/views.hpp"
 
 namespace meshmser {
 namespace {
@@ -22,6 +25,7 @@ struct ExportParameters {
   bool pictures = true;
   std::vector<std::string> views;
   std::string title;
+  std::string drawings = "fit";
 };
 
 /// All that may have been made, each possibly null.
@@ -144,12 +148,27 @@ class Writer {
     file("borders.obj", [&](const auto& path) { write_borders_obj(path, *r_.mesh, r_.borders->regions); });
     file("borders.csv", [&](const auto& path) { write_borders_csv(path, *r_.mesh, r_.borders->regions); });
     file("label_borders.csv", [&](const auto& path) { write_borders_csv(path, *r_.mesh, r_.borders->labels); });
+    if (p_.drawings != "none" && r_.borders->labels.num_loops() > 0) {
+      const DrawingAxes axes = drawing_axes();
+      file("label_borders.svg", [&](const auto& path) {
+        write_borders_svg(path, *r_.mesh, r_.borders->labels, axes, context_.units());
+      });
+      file("label_borders.dxf", [&](const auto& path) {
+        write_borders_dxf(path, *r_.mesh, r_.borders->labels, axes, context_.units());
+      });
+    }
     for (const auto& [name, curves] : {std::pair("borders_interpolated.obj", &r_.borders->interpolated),
                                        std::pair("borders_smooth.obj", &r_.borders->smooth)})
       if (curves->first_point_of_curve.size() > 1)
         file(name, [&, shown = curves](const auto& path) {
           write_curves_obj(path, r_.mesh->origin, *shown, r_.borders->regions.owner_of_loop);
         });
+  }
+
+  DrawingAxes drawing_axes() const {
+    if (p_.drawings == "fit") return best_fitting_plane(*r_.mesh, r_.borders->labels);
+    const View view = view_of_name(p_.drawings, *r_.mesh);
+    return {view.direction.cross(view.up), view.up};
   }
 
   /// Mean curvature, else the first field there is; of the last stage that makes one.
@@ -213,7 +232,7 @@ class Writer {
 };
 
 struct ExportStage {
-  static constexpr StageInfo info{"export", 1,
+  static constexpr StageInfo info{"export", 2,
                                   "Writes points, mesh, regions, borders and pictures as files for other programs."};
   using Parameters = ExportParameters;
 
@@ -227,6 +246,9 @@ struct ExportStage {
         "views", &Parameters::views,
         fmt::format("Views of the pictures: {}; empty: what shows the shape.", fmt::join(view_names(), ", ")));
     schema.parameter("title", &Parameters::title, "A line above the pictures.");
+    schema.parameter("drawings", &Parameters::drawings,
+                     "Plane of label_borders.svg and .dxf, to scale: fit (through the borders), one of the views, or "
+                     "none.");
     schema.input<PointCloud>("points", Need::kOptional);
     schema.input<PointNormals>("normals", Need::kOptional);
     schema.input<ScalarFields>("scalars", Need::kAll);
@@ -243,6 +265,10 @@ struct ExportStage {
     for (const std::string& view : p.views)
       if (std::find(known.begin(), known.end(), view) == known.end())
         problems.emplace_back("views", fmt::format("unknown view '{}'; known are {}", view, fmt::join(known, ", ")));
+    if (p.drawings != "fit" && p.drawings != "none" &&
+        std::find(known.begin(), known.end(), p.drawings) == known.end())
+      problems.emplace_back("drawings", fmt::format("unknown plane '{}'; known are fit, none, {}", p.drawings,
+                                                    fmt::join(known, ", ")));
     return problems;
   }
 

@@ -2,12 +2,15 @@
 
 #include <zlib.h>
 
+#include <array>
 #include <bit>
 
 #include "pipeline/execution/error.hpp"
 
 namespace meshmser {
 namespace {
+
+constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 /// Puts value i of `count` into the planes of bytes.
 void put(std::vector<std::uint8_t>& planes, std::size_t i, std::size_t count, std::uint32_t value) {
@@ -78,7 +81,6 @@ void BlockWriter::compress(std::string_view name, const char* coding, std::size_
 }
 
 std::string base64(std::string_view bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
@@ -88,6 +90,26 @@ std::string base64(std::string_view bytes) {
     for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
   }
   return text;
+}
+
+std::string bytes_of_base64(std::string_view text) {
+  std::array<std::int8_t, 256> value;
+  value.fill(-1);
+  for (std::int8_t i = 0; i < 64; ++i) value[static_cast<std::uint8_t>(kDigits[i])] = i;
+  std::string bytes;
+  bytes.reserve(text.size() / 4 * 3);
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char c : text) {
+    const std::int8_t digit = value[static_cast<std::uint8_t>(c)];
+    if (digit < 0) break;
+    group = group << 6 | static_cast<std::uint32_t>(digit);
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += static_cast<char>(group >> bits & 255U);
+  }
+  return bytes;
 }
 
 }  // namespace meshmser

@@ -43,5 +43,7 @@ class BlockWriter {
 
 /// Base64 of RFC 4648, with padding.
 std::string base64(std::string_view bytes);
+/// Its inverse; ends at what is no digit.
+std::string bytes_of_base64(std::string_view text);
 
 }  // namespace meshmser

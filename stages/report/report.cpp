@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/formats/output_file.hpp"
+#include "pipeline/formats/stored_artifact.hpp"
 #include "stages/common/adjacency.hpp"
 #include "stages/common/colours.hpp"
 #include "stages/report/block_writer.hpp"
@@ -30,6 +31,63 @@ Json vector3(const Eigen::Vector3d& v) {
 
 const char* name_of(Polarity polarity) {
   return polarity == Polarity::kUpper ? "upper" : "lower";
+}
+
+/// The page says these as sentences.
+const char* name_of(NodeFate::Kind kind) {
+  using Kind = NodeFate::Kind;
+  switch (kind) {
+    case Kind::kRegion:
+      return "region";
+    case Kind::kRoot:
+      return "root";
+    case Kind::kLessStable:
+      return "less_stable";
+    case Kind::kSmallerOfPlateau:
+      return "smaller_of_plateau";
+    case Kind::kNoMaximum:
+      return "no_maximum";
+    case Kind::kSeveralMaxima:
+      return "several_maxima";
+    case Kind::kSingleMaximum:
+      return "single_maximum";
+    case Kind::kSmallerOfMaximum:
+      return "smaller_of_maximum";
+    case Kind::kNotOnBranch:
+      return "not_on_branch";
+    case Kind::kShortLine:
+      return "short_line";
+    case Kind::kOtherLevel:
+      return "other_level";
+    case Kind::kFalseAlarm:
+      return "false_alarm";
+    case Kind::kLessMeaningful:
+      return "less_meaningful";
+    case Kind::kFiltered:
+      return "filtered";
+  }
+  return "other";
+}
+
+/// A region's fields under the names of regions.csv; positions with the mesh's origin.
+Json region_row(const Region& region, const Eigen::Vector3d& origin) {
+  Json row = Json::object();
+  Region::visit(region, [&]<class Value>(std::string name, const Value& value) {
+    if (name == "low_level") name = "level";
+    if (name == "num_triangles") name = "triangles";
+    if constexpr (std::is_same_v<Value, Polarity>) {
+      row[name] = name_of(value);
+    } else if constexpr (std::is_same_v<Value, double>) {
+      row[name] = number(value);
+    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
+      const bool centroid = name == "centroid", normal = name == "mean_normal";
+      const std::string before = centroid ? "" : normal ? "n" : name + "_";
+      for (Eigen::Index k = 0; k < 3; ++k) row[before + "xyz"[k]] = number(value[k] + (centroid ? origin[k] : 0));
+    } else {
+      row[name] = value;
+    }
+  });
+  return row;
 }
 
 /// Positions as whole steps from the low corner, 65535 steps along the longest edge of the box.
@@ -68,6 +126,8 @@ class Page {
     header_["origin"] = vector3(origin);
     header_["low"] = vector3(quantiser_.low);
     header_["step"] = quantiser_.step;
+    header_["page_format"] = kPageFormat;
+    add_outputs();
     add_summary();
     if (c_.points != nullptr) add_points();
     if (c_.mesh != nullptr && c_.mesh->num_triangles() > 0) {
@@ -98,6 +158,41 @@ class Page {
   }
 
  private:
+  /// Statistics of the fields of every output, of the full data.
+  void add_outputs() {
+    Json& outputs = header_["outputs"] = Json::array();
+    add_output(outputs, "load", "points", c_.points);
+    add_output(outputs, "orient", "normals", c_.normals);
+    add_output(outputs, "curvature", "smoothed points", c_.smoothed);
+    for (const auto& [stage, fields] : c_.scalars)
+      for (const ScalarField& field : fields->fields) {
+        const ScalarFields alone{{field}};
+        add_output(outputs, stage, field.name, &alone);
+      }
+    add_output(outputs, "mesh", "mesh", c_.mesh);
+    add_output(outputs, "tree", "trees", c_.trees);
+    add_output(outputs, "mser", "segmentation", c_.segmentation);
+    add_output(outputs, "borders", "borders", c_.borders);
+  }
+
+  template <class T>
+  static void add_output(Json& outputs, const std::string& stage, const std::string& name, const T* artifact) {
+    if (artifact == nullptr) return;
+    Json fields = Json::array();
+    for (const FieldStatistics& field : field_statistics(Shared<T>(Shared<T>(), artifact))) {
+      if (field.columns.empty()) continue;
+      Json columns = Json::array();
+      for (const FieldStatistics::Column& c : field.columns)
+        columns.push_back({{"least", number(c.least)},
+                           {"greatest", number(c.greatest)},
+                           {"mean", number(c.mean)},
+                           {"not_finite", c.num_not_finite},
+                           {"histogram", c.histogram}});
+      fields.push_back({{"name", field.name}, {"count", field.shape.front()}, {"columns", std::move(columns)}});
+    }
+    outputs.push_back({{"stage", stage}, {"output", name}, {"fields", std::move(fields)}});
+  }
+
   void add_summary() {
     Json& summary = header_["summary"] = Json::object();
     if (c_.points != nullptr) {
@@ -256,35 +351,23 @@ class Page {
       }
     header_["regions"] = Json::array();
     for (std::size_t i = 0; i < s.regions.size(); ++i) {
-      const Region& r = s.regions[i];
-      Json row{{"label", i + 1},
-               {"polarity", name_of(r.polarity)},
-               {"node", r.node},
-               {"parent", r.parent},
-               {"level", r.low_level},
-               {"high_level", r.high_level},
-               {"value", number(r.value)},
-               {"triangles", r.num_triangles},
-               {"area", number(r.area)},
-               {"stability", number(r.stability)},
-               {"persistence", number(r.persistence)},
-               {"contrast", number(r.contrast)}};
-      if (c_.borders != nullptr) {
-        row["border_length"] = level_length[i + 1];
-        row["hole_length"] = hole_length[i + 1];
+      Json row{{"label", i + 1}};
+      const Json fields = region_row(s.regions[i], c_.mesh->origin);
+      for (const auto& [name, value] : fields.items()) {
+        row[name] = value;
+        if (name == "contrast" && c_.borders != nullptr) {
+          row["border_length"] = level_length[i + 1];
+          row["hole_length"] = hole_length[i + 1];
+        }
       }
-      row["scalar_mean"] = number(r.scalar_mean);
-      row["scalar_min"] = number(r.scalar_min);
-      row["scalar_max"] = number(r.scalar_max);
-      row["scalar_deviation"] = number(r.scalar_deviation);
-      row["centroid"] = vector3(r.centroid + c_.mesh->origin);
       header_["regions"].push_back(std::move(row));
     }
   }
 
   void add_trees() {
     header_["trees"] = Json::array();
-    for (const ComponentTree& tree : c_.trees->trees) {
+    for (std::size_t k = 0; k < c_.trees->trees.size(); ++k) {
+      const ComponentTree& tree = c_.trees->trees[k];
       const std::size_t n = tree.num_nodes();
       std::vector<float> area(n);
       for (std::size_t i = 0; i < n; ++i)
@@ -330,8 +413,39 @@ class Page {
           shown["node_of_region"].push_back(region.polarity == tree.polarity && region.node >= 0
                                                 ? shown_node[static_cast<std::size_t>(region.node)]
                                                 : -1);
+      if (c_.segmentation != nullptr && k < c_.segmentation->fates.size() &&
+          c_.segmentation->fates[k].nodes.size() == n)
+        add_fates(name, c_.segmentation->fates[k].nodes, area, least, shown_node, shown);
       header_["trees"].push_back(std::move(shown));
     }
+  }
+
+  /// What became of each node that is in the page; the rival, or -2 - the smallest node in the page around one that is
+  /// not, or -1.
+  void add_fates(const std::string& tree, const std::vector<NodeFate>& fates, const std::vector<float>& area,
+                 float least, const std::vector<std::int32_t>& shown_node, Json& shown) {
+    std::vector<std::uint8_t> kinds, filters;
+    std::vector<std::int32_t> rivals;
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < fates.size(); ++i) {
+      if (area[i] < least) continue;
+      const NodeFate& fate = fates[i];
+      const std::string name = name_of(fate.kind);
+      const auto known = std::find(names.begin(), names.end(), name);
+      kinds.push_back(static_cast<std::uint8_t>(known - names.begin()));
+      if (known == names.end()) names.push_back(name);
+      filters.push_back(static_cast<std::uint8_t>(fate.filter + 1));
+      if (fate.rival < 0) {
+        rivals.push_back(-1);
+      } else {
+        const auto rival = static_cast<std::size_t>(fate.rival);
+        rivals.push_back(area[rival] < least ? -2 - shown_node[rival] : shown_node[rival]);
+      }
+    }
+    shown["fates"] = names;
+    writer_.add(tree + "_fate", kinds);
+    writer_.add(tree + "_filter", filters);
+    writer_.add(tree + "_rival", std::span<const std::int32_t>(rivals));
   }
 
   void add_borders() {

@@ -16,6 +16,9 @@
 
 namespace meshmser {
 
+/// Of the data in a page; raised where the program in it reads other data than before.
+inline constexpr int kPageFormat = 2;
+
 /// What the page shows; each may be null. They belong together: points and mesh of one run.
 struct ReportContents {
   const PointCloud* points = nullptr;

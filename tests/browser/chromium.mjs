@@ -1,6 +1,9 @@
 // Debian's Chromium, driven through the page's packages; the test is skipped, and says why, where either is missing.
-import { existsSync } from "node:fs";
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { copyFileSync, existsSync, mkdirSync, mkdtempSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
@@ -28,6 +31,58 @@ export async function launch(source) {
       "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
   });
 }
+
+/** Runs the program, which must succeed; what it prints. */
+export function call(program, ...words) {
+  const ran = spawnSync(program, words, { encoding: "utf8", maxBuffer: 1 << 28 });
+  assert.equal(ran.status, 0, ran.stderr);
+  return ran.stdout;
+}
+
+/** The demo tablet under the name `scan` and a configuration for it, in a new folder. */
+export function demoFolder(source, scan, report = "{}", exported = "{pictures: false, points: false}") {
+  const folder = mkdtempSync(join(tmpdir(), "meshmser-page-"));
+  copyFileSync(join(source, "data/demo/tablet.ply"), join(folder, scan));
+  writeFileSync(join(folder, "run.yaml"), `version: 1
+units: mm
+stages:
+  - load: {path: '${scan}'}
+  - orient: {}
+  - curvature: {radius: 3 spacing, steps: 3}
+  - mesh: {}
+  - tree: {scalar: mean_curvature}
+  - mser: {nested: outermost, delta: 4}
+  - borders: {}
+  - export: ${exported}
+  - report: ${report}
+`);
+  return folder;
+}
+
+/** The whole standing picture, drawn. */
+export const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => { window.meshmser.view.drawStanding(); requestAnimationFrame(done); })));
+
+/** Keeps a screenshot where a folder for them was given. */
+export async function keepShot(page, shots, name) {
+  if (!shots) return;
+  mkdirSync(shots, { recursive: true });
+  await page.screenshot({ path: join(shots, name + ".png") });
+}
+
+/** A pixel of the window in the middle of a triangle of that label that is not hidden by another. */
+export const pixelOf = (page, label) => page.evaluate((wanted) => {
+  const { view, arrays } = window.meshmser, box = view.canvas.getBoundingClientRect();
+  view.drawStanding();
+  for (let t = 0; t < arrays.labels.length; t++) {
+    if (arrays.labels[t] !== wanted) continue;
+    const corners = [0, 1, 2].map((k) => view.positionOf(view.mesh.index[3 * t + k]));
+    const p = corners[0].add(corners[1]).add(corners[2]).divideScalar(3).project(view.camera);
+    const x = Math.floor(((p.x + 1) / 2) * box.width), y = Math.floor(((1 - p.y) / 2) * box.height);
+    const hit = view.pick(x, y);
+    if (hit && arrays.labels[hit.triangle] === wanted) return [box.left + x + 0.5, box.top + y + 0.5];
+  }
+  return null;
+}, label);
 
 /** A page from disk, ready; `problems` takes its errors, warnings and requests, of which there may be none. */
 export async function open(browser, path, problems, size = { width: 1400, height: 950 }) {

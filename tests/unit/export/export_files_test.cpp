@@ -9,6 +9,7 @@
 
 #include "pipeline/formats/geometry_file.hpp"
 #include "stages/common/colours.hpp"
+#include "stages/export/plan_files.hpp"
 #include "tests/support/temporary_files.hpp"
 
 namespace meshmser {
@@ -140,6 +141,54 @@ TEST(ExportFiles, BordersAreRowsOfRawCoordinates) {
   EXPECT_THAT(lines_of(folder.path() / "borders.obj"),
               ::testing::ElementsAre("g region_2", "v 1e+06 1 -199999.5", "v 1000000.1 0 -199999.5",
                                      "v 1000000.1 1 -199999.5", "l 1 2 3 1"));
+}
+
+/// A flat square of two triangles, side 2, in a plane through `u` and `v`; its border has three level edges and one of
+/// a hole.
+std::pair<TriangleMesh, BorderLoops> square(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+  TriangleMesh mesh;
+  mesh.origin = {10, 20, 30};
+  mesh.positions = {{0, 0, 0}, 2 * u, 2 * u + 2 * v, 2 * v};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  BorderLoops loops;
+  loops.owner_of_loop = {7};
+  loops.first_edge_of_loop = {0, 4};
+  loops.half_edges = {0, 1, 4, 5};  // 0 -> 1 -> 2 -> 3 -> 0
+  loops.kinds = {EdgeKind::kLevel, EdgeKind::kLevel, EdgeKind::kHole, EdgeKind::kLevel};
+  loops.neighbours = {0, 0, -1, 0};
+  return {mesh, loops};
+}
+
+TEST(PlanFiles, TheFittingPlaneFacesAsTheSurfaceDoes) {
+  const double s = std::sqrt(0.5);
+  const auto [mesh, loops] = square({s, 0, -s}, {0, 1, 0});
+  const DrawingAxes axes = best_fitting_plane(mesh, loops);
+  EXPECT_TRUE(axes.up.isApprox(Eigen::Vector3d::UnitY(), 1e-12)) << axes.up.transpose();
+  EXPECT_TRUE(axes.right.isApprox(Eigen::Vector3d(s, 0, -s), 1e-12)) << axes.right.transpose();
+  // Turned over, it is seen from the other side.
+  const auto [back, back_loops] = square({0, 1, 0}, {s, 0, -s});
+  EXPECT_TRUE(best_fitting_plane(back, back_loops).right.isApprox(Eigen::Vector3d(-s, 0, s), 1e-12));
+}
+
+TEST(PlanFiles, RunsOfOneKindArePathsToScale) {
+  TemporaryFolder folder;
+  const auto [mesh, loops] = square({1, 0, 0}, {0, 1, 0});
+  write_borders_svg(folder.path() / "b.svg", mesh, loops, {}, "cm");
+  // One unit is 10 mm; 2 mm of margin; y downward. The hole edge is a path of its own, the three others are one.
+  EXPECT_THAT(lines_of(folder.path() / "b.svg"),
+              ::testing::ElementsAre(
+                  "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"24mm\" height=\"24mm\" viewBox=\"0 0 24 24\">",
+                  ::testing::HasSubstr("<style>"),
+                  "<path class=\"hole\" data-number=\"7\" d=\"M22 2L2 2\"/>",
+                  "<path class=\"level\" data-number=\"7\" d=\"M2 2L2 22L22 22L22 2\"/>", "</svg>"));
+  write_borders_dxf(folder.path() / "b.dxf", mesh, loops, {}, "cm");
+  std::string dxf;
+  for (const std::string& line : lines_of(folder.path() / "b.dxf")) dxf += line + " ";
+  EXPECT_THAT(dxf, ::testing::HasSubstr("$INSUNITS 70 5 "));
+  EXPECT_THAT(dxf, ::testing::HasSubstr("POLYLINE 8 HOLE_7 66 1 10 0 20 0 30 0 70 0 0 VERTEX 8 HOLE_7 10 12 20 22 30 0 "
+                                        "0 VERTEX 8 HOLE_7 10 10 20 22 30 0 0 SEQEND 8 HOLE_7 "));
+  EXPECT_THAT(dxf, ::testing::HasSubstr("VERTEX 8 LEVEL_7 10 10 20 20 30 0 0 VERTEX 8 LEVEL_7 10 12 20 20 30 0 "));
+  EXPECT_THAT(dxf, ::testing::EndsWith("0 ENDSEC 0 EOF "));
 }
 
 TEST(ExportFiles, CurvesAreClosedLines) {

@@ -26,6 +26,7 @@ class FakeHost : public CommandHost {
                                          const std::string&) override {
     return nullptr;
   }
+  std::vector<std::filesystem::path> run(const RunRequest&) override { return {}; }
   std::string units(const std::string&) override { return "mm"; }
   const Execution& execution() const override { return execution_; }
 

@@ -222,6 +222,7 @@ class NoHost : public CommandHost {
                                          const std::string&) override {
     return {};
   }
+  std::vector<std::filesystem::path> run(const RunRequest&) override { return {}; }
   std::string units(const std::string&) override { return "mm"; }
   const Execution& execution() const override { return execution_; }
 

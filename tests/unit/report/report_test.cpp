@@ -13,6 +13,7 @@
 #include "stages/report/block_writer.hpp"
 #include "stages/report/display_mesh.hpp"
 #include "stages/report/page_template.hpp"
+#include "stages/report/pair_pages.hpp"
 #include "tests/support/temporary_files.hpp"
 
 namespace meshmser {
@@ -123,6 +124,100 @@ TEST(Report, WithNothingToShowSaysSo) {
   EXPECT_THROW(write_report(folder.path() / "report.html", {}), StageError);
 }
 
+TEST(Report, FatesOfNodesNameFiltersAndRivals) {
+  const TriangleMesh mesh = sheet(3);
+  LevelSetTrees trees;
+  trees.values.assign(9, 1);
+  ComponentTree& tree = trees.trees.emplace_back();
+  tree.levels = {0, 1, 2};
+  tree.node_of_triangle.assign(8, 0);
+  tree.parent_of_node = {2, 2, -1};
+  tree.hi_of_node = {3, 3, 1};
+  tree.area_of_node = {1, 2, 9};
+  tree.area_exponent_of_node = {0, 0, 0};
+  Segmentation segmentation = two_regions(mesh);
+  using Kind = NodeFate::Kind;
+  segmentation.fates = {{{{Kind::kFiltered, 0, -1}, {Kind::kLessStable, -1, 0}, {Kind::kRoot, -1, -1}}}};
+  const ReportContents contents{.mesh = &mesh, .trees = &trees, .segmentation = &segmentation};
+  const std::string page = written(contents);
+  const auto header = nlohmann::json::parse(element(page, "header"));
+  EXPECT_EQ(header["trees"][0]["fates"], (std::vector<std::string>{"filtered", "less_stable", "root"}));
+  const std::string bytes = bytes_of_base64(element(page, "blocks"));
+  const auto block = [&](const std::string& name) {
+    for (const auto& b : header["blocks"])
+      if (b["name"] == name) {
+        std::vector<std::uint8_t> raw(b["count"].get<std::size_t>() * (b["coding"] == "plain8" ? 1 : 4));
+        uLongf size = raw.size();
+        const std::string part = bytes.substr(b["offset"].get<std::size_t>(), b["size"].get<std::size_t>());
+        EXPECT_EQ(uncompress(raw.data(), &size, reinterpret_cast<const Bytef*>(part.data()), part.size()), Z_OK);
+        return raw;
+      }
+    return std::vector<std::uint8_t>();
+  };
+  EXPECT_EQ(block("upper_fate"), (std::vector<std::uint8_t>{0, 1, 2}));
+  EXPECT_EQ(block("upper_filter"), (std::vector<std::uint8_t>{1, 0, 0}));
+  // -1, 0, -1 as differences: -1, 1, -1, zigzag 1, 2, 1.
+  EXPECT_EQ(block("upper_rival"), (std::vector<std::uint8_t>{1, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+}
+
+TEST(Report, OutputsTellRangeAndHistogramOfTheFullData) {
+  const TriangleMesh mesh = sheet(100);
+  const auto header = nlohmann::json::parse(element(written({.mesh = &mesh}, {.max_triangles = 2000}), "header"));
+  ASSERT_EQ(header["outputs"].size(), 1U);
+  EXPECT_EQ(header["outputs"][0]["stage"], "mesh");
+  const auto positions = header["outputs"][0]["fields"][0];
+  EXPECT_EQ(positions["count"], 10000);
+  EXPECT_EQ(positions["columns"][0]["greatest"], 99);
+  EXPECT_EQ(positions["columns"][0]["mean"], 49.5);
+}
+
+TEST(PairPages, HoldWhatBothShareOnce) {
+  const TriangleMesh mesh = sheet(60);
+  Segmentation one = two_regions(mesh), two = one;
+  two.region_of_label = {0, 2, 1};
+  two.label_of_triangle[5] = 0;
+  const std::string run = "<script type=\"application/json\" id=\"run\">{\"written\": 1}</script>\n";
+  const std::string first = written({.mesh = &mesh, .segmentation = &one}) + run;
+  const std::string second = written({.mesh = &mesh, .segmentation = &two});
+  const std::string page = pair_pages(first, second, {"a", "b<"});
+  EXPECT_LT(page.size(), first.size() + 20000);
+  EXPECT_EQ(element(page, "names"), "[\"a\",\"b\\u003c\"]");
+  EXPECT_EQ(element(page, "run"), "{\"written\": 1}");
+  EXPECT_THAT(page, Not(HasSubstr("id=\"other-run\"")));
+  const auto here = nlohmann::json::parse(element(page, "header")),
+             there = nlohmann::json::parse(element(page, "other-header"));
+  const std::string bytes = bytes_of_base64(element(page, "blocks"));
+  // Each block of either page is what it was in that page.
+  const auto same = [&](const nlohmann::json& header, const std::string& before) {
+    const auto old = nlohmann::json::parse(element(before, "header"));
+    const std::string old_bytes = bytes_of_base64(element(before, "blocks"));
+    for (const auto& block : header["blocks"])
+      for (const auto& was : old["blocks"])
+        if (was["name"] == block["name"]) {
+          EXPECT_EQ(bytes.substr(block["offset"], block["size"]), old_bytes.substr(was["offset"], was["size"]));
+        }
+    return header["blocks"].size();
+  };
+  EXPECT_EQ(same(here, first), here["blocks"].size());
+  EXPECT_GE(same(there, second), 4U);
+}
+
+TEST(PairPages, TellWhatIsNoPageAndWhatIsLeftOut) {
+  const TriangleMesh mesh = sheet(60);
+  PointCloud points;
+  points.positions = mesh.positions;
+  const std::string page = written({.points = &points, .mesh = &mesh});
+  EXPECT_THROW(pair_pages("<html>", page, {"a", "b"}), StageError);
+  std::string old = page;
+  old.replace(old.find("\"page_format\":") + 14, 1, "9");
+  EXPECT_THROW(pair_pages(page, old, {"a", "b"}), StageError);
+  const std::string whole = pair_pages(page, page, {"a", "b"});
+  const std::string smaller = pair_pages(page, page, {"a", "b"}, whole.size() - 1);
+  EXPECT_LT(smaller.size(), whole.size());
+  EXPECT_EQ(nlohmann::json::parse(element(smaller, "header"))["left_out"], std::vector<std::string>{"points"});
+  EXPECT_THROW(pair_pages(page, page, {"a", "b"}, page_template().size()), StageError);
+}
+
 TEST(DisplayMesh, KeepsTheLimitAndRealTriangles) {
   const TriangleMesh mesh = sheet(100);
   const DisplayMesh display = display_mesh(mesh, 3000);
@@ -186,6 +281,11 @@ TEST(Base64, AgreesWithTheRfc) {
   EXPECT_EQ(base64("f"), "Zg==");
   EXPECT_EQ(base64("fo"), "Zm8=");
   EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  std::string bytes;
+  for (int i = 0; i < 300; ++i) {
+    EXPECT_EQ(bytes_of_base64(base64(bytes)), bytes);
+    bytes += static_cast<char>(i * 37);
+  }
 }
 
 }  // namespace

@@ -13,11 +13,13 @@ export type App = {
   hidden: Set<number>; // rows not drawn
   colouring: string; // labels, regions, levels, shape, or a scalar's place in the header
   levelPaint: ((triangle: number) => [number, number, number] | null) | null;
-  listeners: { chosen: ((byPick: boolean) => void)[]; clicked: ((hit: Hit | null) => boolean)[]; tab: ((name: string) => void)[] };
+  listeners: { chosen: ((byPick: boolean) => void)[]; clicked: ((hit: Hit | null) => boolean)[]; tab: ((name: string) => void)[]; coloured: (() => void)[]; rows: (() => void)[] };
   repaint: () => void;
   choose: (rows: number[], byPick: boolean) => void;
   setColouring: (name: string) => void;
+  setRows: (kind: RowKind) => void;
   hint: (text: string) => void;
+  other?: { header: Header; arrays: Arrays; view: View }; // the run beside this one
 };
 
 /** Region colours: those of the label that came of it, so that both agree. */

@@ -31,16 +31,17 @@ export function makeControls(app: App) {
   const views = make("fieldset", {}, make("legend", {}, "view"));
   for (const name of ["best", "front", "back", "left", "right", "top", "bottom", "iso"])
     views.append(make("button", { click: () => view.goTo(name) }, name));
-  views.append(make("button", { id: "png", click: () => savePicture(app) }, "PNG"));
+  const plane = make("select", { id: "plane", "aria-label": "Plane of drawings" }, make("option", { value: "picture" }, "on the picture's plane"), make("option", { value: "best" }, "on the best plane"));
   const draw = (name: string, write: typeof svgOf) => {
-    const lines = projectedLines(app);
+    const lines = projectedLines(app, plane.value);
     if (lines.length) download("borders." + name, write(app, lines), name === "svg" ? "image/svg+xml" : "application/dxf");
     else app.hint("Switch borders on: the drawing holds those that are shown.");
   };
+  const drawings = make("fieldset", {}, make("legend", {}, "save"), make("button", { id: "png", title: "The picture", click: () => savePicture(app) }, "PNG"));
   if (arraysHaveBorders(app))
-    views.append(make("button", { id: "svg", title: "Borders shown, to scale, on the plane of the picture", click: () => draw("svg", svgOf) }, "SVG"),
-      make("button", { id: "dxf", title: "Borders shown, to scale, on the plane of the picture", click: () => draw("dxf", dxfOf) }, "DXF"));
-  byId("controls").append(views, layers);
+    drawings.append(make("button", { id: "svg", title: "Borders shown, to scale", click: () => draw("svg", svgOf) }, "SVG"),
+      make("button", { id: "dxf", title: "Borders shown, to scale", click: () => draw("dxf", dxfOf) }, "DXF"), plane);
+  byId("controls").append(views, drawings, layers);
   byId("lightbox").append(lightDial(app));
   view.onDraw = () => drawScale(app);
 }
@@ -104,7 +105,7 @@ export function drawLegend(app: App) {
   for (const value of values)
     if (value >= scalar.low && value <= scalar.high) counts[Math.min(bins - 1, Math.floor(((value - scalar.low) / (scalar.high - scalar.low)) * bins))]++;
   const most = Math.max(1, ...counts);
-  const canvas = make("canvas", { class: "histogram", id: "histogram", width, height: height + 14, "aria-label": "Histogram and colour bar; drag over it to leave only those values in colour" });
+  const canvas = make("canvas", { class: "histogram", id: "histogram", role: "img", width, height: height + 14, "aria-label": "Histogram and colour bar; drag over it to leave only those values in colour" });
   let from = 0, to = width;
   const draw = () => {
     const context = canvas.getContext("2d")!;

@@ -8,12 +8,14 @@ export type Scalar = {
   colours: [number, number, number][];
 };
 export type Row = Record<string, unknown>;
-export type TreeHead = { polarity: string; num_nodes: number; least_area: number; levels: Figure[]; node_of_region: number[] };
+export type TreeHead = { polarity: string; num_nodes: number; least_area: number; levels: Figure[]; node_of_region: number[]; fates?: string[] };
+export type Column = { least: Figure; greatest: Figure; mean: Figure; not_finite: number; histogram: number[] };
+export type Output = { stage: string; output: string; fields: { name: string; count: number; columns: Column[] }[] };
 export type Header = {
   title: string; units: string; origin: number[]; low: number[]; step: number; every_point?: number; cell?: number;
   summary: Record<string, any>; scalars?: Scalar[]; label_colours?: [number, number, number][];
   labels?: Row[]; regions?: Row[]; filters?: { filter: string; seen: number; removed: number }[];
-  trees?: TreeHead[]; blocks: Block[];
+  trees?: TreeHead[]; outputs?: Output[]; left_out?: string[]; blocks: Block[];
 } & Record<string, unknown>;
 export type RunStage = {
   name: string; stage: string; outcome: string; reason?: string; parameters: Record<string, string>;
@@ -31,6 +33,11 @@ function json<T>(id: string): T | null {
 
 export const readHeader = () => json<Header>("header");
 export const readRun = () => json<Run>("run");
+/** The second run of a page that shows two, with what both are called. */
+export function readOther(): { header: Header; run: Run | null; names: string[] } | null {
+  const header = json<Header>("other-header");
+  return header && { header, run: json<Run>("other-run"), names: json<string[]>("names") ?? ["", ""] };
+}
 
 /** The arrays by name; decoded in a worker made of text, since a page from disk may not load another file. */
 export function readArrays(header: Header, text: string): Promise<Arrays> {

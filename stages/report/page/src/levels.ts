@@ -5,7 +5,8 @@ import { make } from "./dom";
 import { show, type TreeHead, unitForPeople } from "./data";
 import type { Hit } from "./view";
 
-export type Tree = { head: TreeHead; parent: Int32Array; hi: Int32Array; area: Float32Array; own: Float64Array; size: Int32Array; nodeOfTriangle: Int32Array };
+export type Tree = {
+  fate?: Uint8Array; filter?: Uint8Array; rival?: Int32Array; head: TreeHead; parent: Int32Array; hi: Int32Array; area: Float32Array; own: Float64Array; size: Int32Array; nodeOfTriangle: Int32Array };
 
 export function readTrees(app: App): Tree[] {
   return (app.header.trees ?? []).map((head) => {
@@ -13,7 +14,7 @@ export function readTrees(app: App): Tree[] {
     const own = Float64Array.from(area), size = new Int32Array(parent.length).fill(1);
     for (let n = 0; n < parent.length; n++) // children stand before their parents
       if (parent[n] >= 0) { own[parent[n]] -= area[n]; size[parent[n]] += size[n]; }
-    return { head, parent, hi: app.arrays[p + "_hi"], area, own, size, nodeOfTriangle: app.arrays[p + "_node"] };
+    return { fate: app.arrays[p + "_fate"], filter: app.arrays[p + "_filter"], rival: app.arrays[p + "_rival"], head, parent, hi: app.arrays[p + "_hi"], area, own, size, nodeOfTriangle: app.arrays[p + "_node"] };
   });
 }
 
@@ -29,18 +30,53 @@ export function componentsAt(tree: Tree, k: number): Int32Array {
 
 export type Link = { node: number; lo: number; hi: number; area: number; q: number };
 
-/** The nodes that hold a node, from itself to its root, each with q = (Up - Down) / A at its middle level. */
+/** A node with q = (Up - Down) / A at its middle level. */
+export function linkOf(tree: Tree, n: number, delta: number): Link {
+  const parent = tree.parent[n], lo = parent < 0 ? 1 : tree.hi[parent] + 1, hi = tree.hi[n], middle = Math.floor((lo + hi) / 2);
+  let up = n;
+  while (tree.parent[up] >= 0 && tree.hi[tree.parent[up]] >= middle - delta) up = tree.parent[up];
+  let down = 0;
+  for (let i = n - tree.size[n] + 1; i <= n; i++) if (tree.hi[i] >= middle + delta) down += tree.own[i];
+  return { node: n, lo, hi, area: tree.area[n], q: Math.max(0, (tree.area[up] - down) / tree.area[n]) };
+}
+
+/** The nodes that hold a node, from itself to its root. */
 export function chainOf(tree: Tree, node: number, delta: number): Link[] {
   const chain: Link[] = [];
-  for (let n = node; n >= 0; n = tree.parent[n]) {
-    const parent = tree.parent[n], lo = parent < 0 ? 1 : tree.hi[parent] + 1, hi = tree.hi[n], middle = Math.floor((lo + hi) / 2);
-    let up = n;
-    while (tree.parent[up] >= 0 && tree.hi[tree.parent[up]] >= middle - delta) up = tree.parent[up];
-    let down = 0;
-    for (let i = n - tree.size[n] + 1; i <= n; i++) if (tree.hi[i] >= middle + delta) down += tree.own[i];
-    chain.push({ node: n, lo, hi, area: tree.area[n], q: Math.max(0, (tree.area[up] - down) / tree.area[n]) });
-  }
+  for (let n = node; n >= 0; n = tree.parent[n]) chain.push(linkOf(tree, n, delta));
   return chain;
+}
+
+/** What decided that a node is a region or none: as the program wrote it down, in words. */
+export function fateOf(app: App, tree: Tree, link: Link, delta: number): string {
+  const kind = tree.fate ? tree.head.fates?.[tree.fate[link.node]] : undefined;
+  if (!kind) return link.lo === 1 ? "a root: it has no level border" : "";
+  const units = app.header.units, parameters = app.run?.stages.find((s) => s.stage === "mser")?.parameters ?? {};
+  const of = tree.rival![link.node];
+  const rival = (() => {
+    if (of === -1) return "another node";
+    const node = of < 0 ? -2 - of : of, { lo, hi, area, q } = linkOf(tree, node, delta);
+    const levels = lo === hi ? `level ${lo}` : `levels ${lo}–${hi}`;
+    return of < 0 ? `a smaller node within that of ${levels}` : `the node of ${levels} (${show(area)} ${units}², q ${show(q)})`;
+  })();
+  const filter = app.header.filters?.[tree.filter![link.node] - 1]?.filter ?? "a filter";
+  const asked = (name: string) => (parameters[name] === undefined ? name : `${name} ${parameters[name]}`);
+  const words: Record<string, string> = {
+    root: "a root: it has no level border",
+    less_stable: `not selected: ${rival} beside it is more stable`,
+    smaller_of_plateau: `not selected: ${rival} is larger, of the same q`,
+    no_maximum: `not selected: no maximum in it is significant (${asked("min_persistence")}, ${asked("min_area")})`,
+    several_maxima: "not selected: it holds several significant maxima",
+    single_maximum: "not selected: there is no other significant maximum to be told from",
+    smaller_of_maximum: `not selected: ${rival} is larger, with the same significant maximum`,
+    not_on_branch: `not selected: ${rival}, on the way to the same maximum, is more stable`,
+    short_line: `not selected: its line is shorter than ${asked("min_length")}`,
+    other_level: `not selected: it does not belong to ${asked("level")}`,
+    false_alarm: `not selected: chance alone gives such lines (${asked("max_false_alarms")})`,
+    less_meaningful: `not selected: ${rival}, in the same chain, has fewer false alarms`,
+    filtered: `removed by ${asked(filter)}` + (of === -1 ? "" : `: kept was ${rival}`),
+  };
+  return words[kind] ?? kind.replaceAll("_", " ");
 }
 
 const palette: [number, number, number][] = [
@@ -98,20 +134,21 @@ export function makeLevels(app: App): HTMLElement {
     drawChart(charts, x, `area (${units}²)`, [{ label: "area", values: areas, light: "#0b5cad", dark: "#7ab8ff", stepped: true }], true);
     drawChart(charts, x, "q", [{ label: "q", values: qs, light: "#b35900", dark: "#ffb454", stepped: true },
       { label: "selected", values: chosen, light: "#0a7d5a", dark: "#7ad97a", dots: true }]);
-    const body = links.map((link, i) => {
+    const span = Math.max(1, Number(delta.value) || 1);
+    const lines = links.map((link, i) => {
       const region = regionOf.get(link.node);
-      const before = links[i - 1]?.q ?? Infinity, after = links[i + 1]?.q ?? Infinity;
-      const least = link.q <= before && link.q <= after;
-      const fate = region ? `region ${region}` : least && i + 1 < links.length ? "least q among its neighbours here; a branch beside it or a filter removed it" : i + 1 === links.length ? "root" : "";
-      const line = make("tr", region ? { tabindex: 0, click: () => { app.rowKind = "regions"; app.choose([region], false); } } : {},
-        make("td", {}, `${link.lo}–${link.hi}`), make("td", {}, show(link.area)), make("td", {}, show(link.q)), make("td", { class: "text" }, fate));
+      const fate = region ? `region ${region}` : fateOf(app, tree, link, span);
+      const open = () => { app.setRows("regions"); app.choose([region!], false); };
+      const line = make("tr", region ? { tabindex: 0, click: open, keydown: (event: KeyboardEvent) => { if (event.key === "Enter") open(); } } : {},
+        make("td", {}, link.lo === link.hi ? String(link.lo) : `${link.lo}–${link.hi}`), make("td", {}, show(link.area)), make("td", {}, show(link.q)), make("td", { class: "text" }, fate));
       if (region) line.classList.add("chosen");
-      return [link, line, region || least] as const;
+      return { line, telling: i < 3 || i === links.length - 1 || !fate.includes("beside it") };
     });
-    const told = body.filter(([, , important], i) => important || i < 3 || i === body.length - 1);
-    chain.append(make("p", { class: "soft" }, `${links.length} nodes hold this triangle; the telling ones:`),
-      make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, "levels"), make("th", {}, `area ${units}²`), make("th", {}, "q"), make("th", { class: "text" }, "fate"))),
-        make("tbody", {}, ...told.map(([, line]) => line))));
+    const body = make("tbody"), all = make("button", { id: "allnodes", click: () => { body.replaceChildren(...lines.map((l) => l.line)); all.remove(); } }, `all ${links.length}`);
+    const telling = lines.length > 40 ? lines.filter((l) => l.telling) : lines;
+    body.append(...telling.map((l) => l.line));
+    chain.append(make("p", { class: "soft" }, `${links.length} nodes hold this triangle, from the smallest to the root${telling.length < lines.length ? "; those that more was decided about than that a neighbour is more stable: " : "."}`, telling.length < lines.length && all),
+      make("table", {}, make("thead", {}, make("tr", {}, ...["levels", `area ${units}²`, "q"].map((h) => make("th", { scope: "col" }, h)), make("th", { class: "text", scope: "col" }, "fate"))), body));
   }
   app.listeners.clicked.push((hit) => { if (hit) { last = hit; if (element.isConnected) chart(hit); } return false; });
   app.listeners.tab.push((name) => { if (name === "Levels" && last) chart(last); });

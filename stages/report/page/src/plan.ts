@@ -1,15 +1,50 @@
-// Border lines as drawings to scale, projected on the plane of the picture: SVG and DXF.
+// Border lines as drawings to scale, projected on a plane: SVG and DXF.
 import * as THREE from "three";
 import type { App } from "./app";
 import { positionsOf } from "./geometry";
 
 export type Line = { owner: number; hole: boolean; closed: boolean; points: [number, number][] };
 
-/** Runs of one kind along each loop of the borders shown; only of the chosen rows where some are chosen. */
-export function projectedLines(app: App): Line[] {
-  const { view, arrays, header } = app;
+/** The eigenvector of least eigenvalue of a symmetric 3 x 3 matrix, by cyclic Jacobi rotations. */
+function leastEigenvector(m: number[][]): THREE.Vector3 {
+  const a = m.map((row) => [...row]), v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  for (let sweep = 0; sweep < 30; sweep++)
+    for (const [p, q] of [[0, 1], [0, 2], [1, 2]]) {
+      if (a[p][q] === 0) continue;
+      const theta = (a[q][q] - a[p][p]) / (2 * a[p][q]), t = (theta < 0 ? -1 : 1) / (Math.abs(theta) + Math.hypot(theta, 1)), c = 1 / Math.hypot(t, 1), s = t * c;
+      for (let k = 0; k < 3; k++) [a[k][p], a[k][q]] = [c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]];
+      for (let k = 0; k < 3; k++) [a[p][k], a[q][k]] = [c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]];
+      for (let k = 0; k < 3; k++) [v[k][p], v[k][q]] = [c * v[k][p] - s * v[k][q], s * v[k][p] + c * v[k][q]];
+    }
+  const least = [0, 1, 2].reduce((best, k) => (a[k][k] < a[best][best] ? k : best), 0);
+  return new THREE.Vector3(v[0][least], v[1][least], v[2][least]).normalize();
+}
+
+/** Right and up of the plane: that of the picture, or the one that fits the points best, seen from the side of the eye. */
+function axesOf(app: App, plane: string, points: THREE.Vector3[]): [THREE.Vector3, THREE.Vector3] {
+  const { view } = app;
   const right = new THREE.Vector3(1, 0, 0).applyQuaternion(view.turn), up = new THREE.Vector3(0, 1, 0).applyQuaternion(view.turn);
-  const lines: Line[] = [];
+  if (plane !== "best" || points.length < 3) return [right, up];
+  const mean = points.reduce((sum, p) => sum.add(p), new THREE.Vector3()).divideScalar(points.length);
+  const spread = [[0, 0, 0], [0, 0, 0], [0, 0, 0]];
+  for (const p of points) {
+    const d = p.clone().sub(mean).toArray();
+    for (let i = 0; i < 3; i++) for (let j = 0; j < 3; j++) spread[i][j] += d[i] * d[j];
+  }
+  const normal = leastEigenvector(spread), eye = new THREE.Vector3(0, 0, 1).applyQuaternion(view.turn);
+  if (normal.dot(eye) < 0) normal.negate();
+  const upward = Math.abs(normal.dot(up)) < 0.99 ? up : right; // what is up in the picture is up in the drawing
+  const y = upward.clone().addScaledVector(normal, -upward.dot(normal)).normalize();
+  return [new THREE.Vector3().crossVectors(y, normal), y];
+}
+
+/**
+ * Runs of one kind along each loop of the borders shown; only of the chosen rows where some are chosen. `plane`: that of
+ * the `picture`, or the `best` fitting one.
+ */
+export function projectedLines(app: App, plane = "picture"): Line[] {
+  const { view, arrays, header } = app;
+  const lines: (Omit<Line, "points"> & { places: THREE.Vector3[] })[] = [];
   const sets: ["labelBorders" | "regionBorders" | "interpolated", string, string][] = [
     ["labelBorders", "label_borders", "labels"], ["regionBorders", "region_borders", "regions"], ["interpolated", "interpolated", "regions"]];
   for (const [layer, name, kind] of sets) {
@@ -17,10 +52,7 @@ export function projectedLines(app: App): Line[] {
     const chosen = kind === app.rowKind ? app.chosen : [];
     const points = positionsOf(arrays[name], header, view.centre);
     const first = arrays[name + "_first"], owners = arrays[name + "_owner"], holes = arrays[name + "_hole"];
-    const at = (i: number): [number, number] => {
-      const p = new THREE.Vector3().fromArray(points, 3 * i);
-      return [p.dot(right), p.dot(up)];
-    };
+    const at = (i: number) => new THREE.Vector3().fromArray(points, 3 * i);
     for (let l = 0; l + 1 < first.length; l++) {
       if (chosen.length && !chosen.includes(owners[l])) continue;
       const begin = first[l], count = first[l + 1] - begin, place = (i: number) => begin + (i % count);
@@ -29,14 +61,15 @@ export function projectedLines(app: App): Line[] {
       const closed = start === count;
       if (closed) start = 0;
       for (let i = 0; i < count;) {
-        const hole = holes[place(start + i)], line: Line = { owner: owners[l], hole: hole === 1, closed, points: [] };
-        while (i < count && holes[place(start + i)] === hole) line.points.push(at(place(start + i++)));
-        if (!closed) line.points.push(at(place(start + i)));
+        const hole = holes[place(start + i)], line = { owner: owners[l] as number, hole: hole === 1, closed, places: [] as THREE.Vector3[] };
+        while (i < count && holes[place(start + i)] === hole) line.places.push(at(place(start + i++)));
+        if (!closed) line.places.push(at(place(start + i)));
         lines.push(line);
       }
     }
   }
-  return lines;
+  const [right, up] = axesOf(app, plane, lines.flatMap((line) => line.places));
+  return lines.map(({ places, ...line }) => ({ ...line, points: places.map((p): [number, number] => [p.dot(right), p.dot(up)]) }));
 }
 
 const number = (value: number) => String(Number(value.toPrecision(7)));

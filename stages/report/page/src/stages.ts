@@ -1,7 +1,7 @@
 // Verdict, warnings, and what each stage did.
 import type { App } from "./app";
 import { byId, make } from "./dom";
-import { show, unitForPeople } from "./data";
+import { type Output, show, unitForPeople } from "./data";
 
 export function makeVerdict(app: App) {
   const s = app.header.summary, units = app.header.units;
@@ -38,11 +38,52 @@ export function makeVerdict(app: App) {
   if (lines.length > first) byId("warnings").append(make("details", {}, make("summary", {}, `${lines.length - first} more`), ...lines.slice(first)));
 }
 
+/** Bars of equal bins; heights by square root, so that few stay visible beside many. */
+function bars(counts: number[], name: string): SVGSVGElement {
+  const space = "http://www.w3.org/2000/svg", picture = document.createElementNS(space, "svg"), most = Math.max(1, ...counts);
+  picture.setAttribute("viewBox", `0 0 ${counts.length} 10`);
+  picture.setAttribute("preserveAspectRatio", "none");
+  picture.setAttribute("class", "bars");
+  picture.setAttribute("role", "img");
+  picture.setAttribute("aria-label", `Histogram of ${name}: ${counts.join(", ")}`);
+  counts.forEach((count, i) => {
+    const bar = document.createElementNS(space, "rect"), height = 10 * Math.sqrt(count / most);
+    for (const [key, value] of Object.entries({ x: i + 0.05, y: 10 - height, width: 0.9, height })) bar.setAttribute(key, String(value));
+    picture.append(bar);
+  });
+  return picture;
+}
+
+/** What a stage made: each list of numbers with its range, mean and histogram, of the full data. */
+function statistics(output: Output): HTMLElement {
+  const axes = ["x", "y", "z"];
+  const rows = output.fields.flatMap((field) => field.columns.map((c, i) => {
+    const name = field.name.replace(/^fields\.0\./, "") + (field.columns.length > 1 ? ` ${axes[i] ?? i}` : "");
+    return make("tr", {}, make("th", { class: "text", scope: "row" }, name), make("td", {}, show(field.count)), make("td", {}, show(c.least)), make("td", {}, show(c.mean)),
+      make("td", {}, show(c.greatest)), make("td", {}, c.not_finite ? show(c.not_finite) : ""), make("td", {}, c.histogram.length > 1 && bars(c.histogram, name)));
+  }));
+  return make("details", {}, make("summary", {}, `output: ${output.output}`), make("div", { class: "wide", tabindex: 0, role: "region", "aria-label": `Statistics of ${output.output}` },
+    make("table", {}, make("thead", {}, make("tr", {}, ...["", "count", "least", "mean", "greatest", "not finite", "histogram"].map((h) => make("th", { scope: "col" }, h)))), make("tbody", {}, ...rows))));
+}
+
+/** The outputs of the page by the stage that most likely made each: the last of its name or kind. */
+function outputsOf(app: App): Map<string, Output[]> {
+  const made = new Map<string, Output[]>(), stages = app.run?.stages ?? [];
+  for (const output of app.header.outputs ?? []) {
+    const maker = [...stages].reverse().find((s) => s.name === output.stage || s.stage === output.stage) ?? stages[0];
+    const list = made.get(maker?.name ?? "") ?? [];
+    list.push(output);
+    made.set(maker?.name ?? "", list);
+  }
+  return made;
+}
+
 export function makeStages(app: App): HTMLElement {
   const element = make("div", { id: "stages" });
   const { run, header } = app;
+  const outputs = outputsOf(app);
   if (!run) {
-    element.append(make("p", {}, "This page was made outside a run: its stages' figures are not known."));
+    element.append(make("p", {}, "This page was made outside a run: its stages' figures are not known."), ...(outputs.get("") ?? []).map(statistics));
   } else {
     element.append(make("p", { class: "soft" }, `meshmser ${run.meshmser}, ${run.config}, ${run.written}`));
     const rows = run.stages.map((stage) => make("tr", {},
@@ -58,7 +99,7 @@ export function makeStages(app: App): HTMLElement {
         parameters.append(make("dt", {}, name), make("dd", { class: changed ? "changed" : "" }, value + (changed ? " (not the default)" : "")));
       }
       element.append(make("details", {}, make("summary", {}, stage.name + (stage.warnings.length ? ` (${stage.warnings.length} warnings)` : "")),
-        make("h2", {}, "Figures"), figures, make("h2", {}, "Parameters"), parameters));
+        make("h2", {}, "Figures"), figures, make("h2", {}, "Parameters"), parameters, ...(outputs.get(stage.name) ?? []).map(statistics)));
     }
   }
   const filters = header.filters ?? [];

@@ -4,6 +4,7 @@ import { download, make } from "./dom";
 import { type Row, show, unitForPeople } from "./data";
 
 const kMostRows = 2000;
+const valueOf = (cell: unknown) => (cell === "inf" ? Infinity : cell === "-inf" ? -Infinity : cell === "" ? NaN : Number(cell));
 
 export function makeTable(app: App): HTMLElement {
   const { header } = app, units = header.units;
@@ -15,14 +16,10 @@ export function makeTable(app: App): HTMLElement {
   };
   const body = make("tbody"), head = make("thead"), count = make("span", { class: "soft", role: "status" });
   const table = make("table", { id: "table" }, head, body);
-  const kind = make("select", { "aria-label": "Rows", id: "rows", change: () => {
-    app.rowKind = kind.value as RowKind;
-    app.hidden.clear();
-    app.choose([], false);
-    if (app.colouring === "labels" || app.colouring === "regions") app.setColouring(app.rowKind);
-    fill();
-  } }, make("option", { value: "regions" }, "regions"), make("option", { value: "labels" }, "labels"));
-  const search = make("input", { type: "search", id: "filter", placeholder: "area > 4, upper, 12", "aria-label": "Filter rows",
+  const kind = make("select", { "aria-label": "Rows", id: "rows", change: () => app.setRows(kind.value as RowKind) }, make("option", { value: "regions" }, "regions"), make("option", { value: "labels" }, "labels"));
+  const chooser = make("div", { class: "chooser" });
+  const columnBox = make("details", { id: "columns", toggle: () => fillChooser() }, make("summary", {}, "columns"), chooser);
+  const search = make("input", { type: "search", id: "filter", placeholder: "area > 4, upper", "aria-label": "Filter rows",
     input: () => { filter = search.value; fill(); } });
   const element = make("div", {},
     make("div", { class: "tools" }, kind, search,
@@ -30,26 +27,41 @@ export function makeTable(app: App): HTMLElement {
       make("button", { id: "isolate", click: () => { app.hidden = new Set(app.chosen.length ? rows().map((r) => r.label as number).filter((r) => !app.chosen.includes(r)) : []); if (app.chosen.length) app.hidden.add(0); app.repaint(); fill(); } }, "isolate"),
       make("button", { click: () => { app.hidden.clear(); app.repaint(); fill(); } }, "show all"),
       make("button", { id: "csv", click: () => download(app.rowKind + ".csv", csv(), "text/csv") }, "CSV")),
-    count, make("div", { id: "comparison" }), table);
+    columnBox, count, make("div", { id: "comparison" }), make("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "Rows" }, table));
 
   const rows = () => ((app.rowKind === "labels" ? header.labels : header.regions) ?? []) as Row[];
   const first = ["label", "polarity", "area", "stability", "persistence", "contrast", "border_length", "hole_length"];
   const columns = () => {
-    const names = Object.keys(rows()[0] ?? {}).filter((k) => k !== "centroid");
+    const names = Object.keys(rows()[0] ?? {});
     return app.rowKind === "labels" ? names : [...first.filter((n) => names.includes(n)), ...names.filter((n) => !first.includes(n))];
   };
+  // Of many columns the first are shown until others are asked for; the CSV holds all.
+  const kept: Record<RowKind, Set<string> | null> = { labels: null, regions: null };
+  const visible = () => {
+    const chosen = kept[app.rowKind] ??= new Set(columns().slice(0, first.length));
+    return columns().filter((name) => chosen.has(name));
+  };
+  function fillChooser() {
+    visible();
+    chooser.replaceChildren(...columns().map((name) => {
+      const box = make("input", { type: "checkbox", "data-column": name, change: () => { const set = kept[app.rowKind]!; box.checked ? set.add(name) : set.delete(name); fill(); } });
+      box.checked = kept[app.rowKind]!.has(name);
+      return make("label", {}, box, name.replaceAll("_", " "));
+    }));
+  }
   const shown = () => {
-    const condition = /^\s*(\w+)\s*(<=|>=|<|>|=)\s*(-?[\d.eE+-]+)\s*$/.exec(filter);
-    const words = filter.toLowerCase().split(/\s+/).filter(Boolean);
-    return rows().filter((row) => {
+    const parts = filter.toLowerCase().split(",").map((part) => part.trim()).filter(Boolean);
+    return rows().filter((row) => parts.every((part) => {
+      const condition = /^(\w+)\s*(<=|>=|<|>|=)\s*(-?[\d.e+-]+|inf)$/.exec(part);
       if (condition && condition[1] in row) {
-        const value = Number(row[condition[1]] === "inf" ? Infinity : row[condition[1]]), limit = Number(condition[3]);
+        const value = valueOf(row[condition[1]]), limit = valueOf(condition[3]);
         return { "<": value < limit, ">": value > limit, "<=": value <= limit, ">=": value >= limit, "=": value === limit }[condition[2]];
       }
-      return words.every((word) => /^\d+$/.test(word) ? String(row.label) === word : Object.values(row).some((v) => String(v).toLowerCase().includes(word)));
-    }).sort((a, b) => {
-      const x = a[sortKey], y = b[sortKey];
-      const order = typeof x === "number" && typeof y === "number" ? x - y : String(x).localeCompare(String(y));
+      return part.split(/\s+/).every((word) => /^\d+$/.test(word) ? String(row.label) === word : Object.values(row).some((v) => String(v).toLowerCase().includes(word)));
+    })).sort((a, b) => {
+      const x = valueOf(a[sortKey]), y = valueOf(b[sortKey]);
+      if (Number.isNaN(x) !== Number.isNaN(y)) return Number.isNaN(x) ? 1 : -1; // words and what is unknown stand last
+      const order = Number.isNaN(x) ? String(a[sortKey]).localeCompare(String(b[sortKey])) : x < y ? -1 : x > y ? 1 : 0;
       return ascending ? order : -order;
     });
   };
@@ -73,7 +85,7 @@ export function makeTable(app: App): HTMLElement {
   };
 
   function fill() {
-    const names = columns(), colours = coloursOfRows(app), list = shown();
+    const names = visible(), colours = coloursOfRows(app), list = shown();
     head.replaceChildren(make("tr", {}, ...names.map((name) => make("th", {
       scope: "col", tabindex: 0, "aria-sort": name === sortKey ? (ascending ? "ascending" : "descending") : "none",
       title: name + (unitOf[name] ? ` in ${unitOf[name]}` : ""),
@@ -98,7 +110,7 @@ export function makeTable(app: App): HTMLElement {
     for (const line of body.children) {
       const chosen = app.chosen.includes(Number((line as HTMLElement).dataset.row));
       line.classList.toggle("chosen", chosen);
-      line.setAttribute("aria-selected", String(chosen));
+      if (chosen) line.setAttribute("aria-current", "true"); else line.removeAttribute("aria-current");
       if (chosen && scroll) line.scrollIntoView({ block: "nearest" });
     }
     const place = element.querySelector("#comparison")!;
@@ -110,6 +122,7 @@ export function makeTable(app: App): HTMLElement {
       make("td", { class: "soft" }, typeof a[name] === "number" && typeof b[name] === "number" && name !== "label" ? show((b[name] as number) - (a[name] as number)) : ""))))));
   }
   app.listeners.chosen.push(mark);
+  app.listeners.rows.push(() => { kind.value = app.rowKind; sortKey = "label"; ascending = true; fillChooser(); fill(); });
   kind.value = app.rowKind;
   fill();
   return element;

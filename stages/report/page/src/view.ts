@@ -73,6 +73,7 @@ export class View {
   lightAngle = [135, 28]; // degrees, as in the exported pictures
   onDraw: () => void = () => {};
   onMove: () => void = () => {};
+  onLook: () => void = () => {}; // the light or what is shown has changed
   onClick: (hit: Hit | null) => void = () => {};
   private material: THREE.ShaderMaterial | null = null;
   private surface: THREE.Mesh | null = null;
@@ -81,6 +82,7 @@ export class View {
   private slow = true; // until a standing picture was drawn quickly
   private layers = new Map<Layer, THREE.Object3D[]>();
   private pending = false;
+  private seen = false; // something has been drawn
   private extra: THREE.Object3D[] = [];
 
   constructor(readonly canvas: HTMLCanvasElement, private header: Header, private arrays: Arrays) {
@@ -114,6 +116,7 @@ export class View {
   get layerNames() { return [...this.layers.keys()]; }
   setLayer(layer: Layer, visible: boolean) {
     for (const object of this.layers.get(layer) ?? []) object.visible = visible;
+    this.onLook();
     this.draw();
   }
   isVisible(layer: Layer) { return this.layers.get(layer)?.[0]?.visible ?? false; }
@@ -190,6 +193,7 @@ export class View {
     this.turn.setFromRotationMatrix(matrix);
     this.target.set(0, 0, 0);
     this.height = this.fittingHeight();
+    this.onMove();
     this.draw();
   }
   private fittingHeight() {
@@ -222,6 +226,7 @@ export class View {
   centreOn(x: number, y: number, z: number, width: number) {
     this.target.set(x, y, z);
     this.height = Math.min(Math.max(width, this.size / 200), this.size * 2.2);
+    this.onMove();
     this.draw();
   }
   private moved() {
@@ -238,6 +243,7 @@ export class View {
 
   setLight(azimuth: number, elevation: number) {
     this.lightAngle = [((azimuth % 360) + 360) % 360, Math.min(90, Math.max(2, elevation))];
+    this.onLook();
     this.draw();
   }
 
@@ -270,6 +276,12 @@ export class View {
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
         this.slow = performance.now() - start > 50;
       }
+    }
+    if (!this.seen) { // reading a pixel waits for the picture
+      const gl = this.renderer.getContext();
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      performance.mark("first picture");
+      this.seen = true;
     }
     this.onDraw();
   }
