@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "stages/common/gather_by_owner.hpp"
+#include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/mser/filters.hpp"
 #include "stages/mser/stability.hpp"
@@ -170,8 +171,10 @@ class BandWalk {
         tree_(tree),
         values_(triangle_values),
         areas_(areas),
-        band_(band),
-        met_(tree.node_of_triangle.size(), -1) {}
+        band_(band) {
+    reserve_on_large_pages(met_, tree.node_of_triangle.size());
+    met_.assign(tree.node_of_triangle.size(), -1);
+  }
 
   /// The contrast of a node; every node is asked for once.
   double contrast(std::int32_t top, std::span<const std::int32_t> level_edges) {

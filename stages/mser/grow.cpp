@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/mser/patches.hpp"
 
@@ -114,7 +115,9 @@ double typical(std::span<const double> values) {
 
 std::vector<double> triangle_means(const SurfaceView& surface, std::span<const double> values,
                                    const Execution& execution) {
-  std::vector<double> means(surface.triangles.size());
+  std::vector<double> means;
+  reserve_on_large_pages(means, surface.triangles.size());
+  means.resize(surface.triangles.size());
   parallel_chunks(
       static_cast<std::int64_t>(means.size()), 1 << 15, "", execution, [&](std::int64_t begin, std::int64_t end) {
         for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
