@@ -209,6 +209,45 @@ TEST(ComponentTree, AreaUnitsNeverOverflow) {
     }
 }
 
+TEST(ComponentTree, ThreadsChangeNothingOfALargeMesh) {
+  // Two strips, long enough for several chunks of work; levels hold over runs of triangles, so that nodes are few.
+  Triangles triangles = strip(200000);
+  const std::int32_t offset = 200002;
+  for (std::size_t t = 0; t < 150000; ++t)
+    triangles.push_back({triangles[t][0] + offset, triangles[t][1] + offset, triangles[t][2] + offset});
+  const std::vector<std::int32_t> twins = twin_half_edges(triangles, 350004);
+  std::vector<double> areas;
+  for (std::size_t t = 0; t < triangles.size(); ++t) areas.push_back(0.1 + 0.001 * static_cast<double>(t % 997));
+  for (const std::int32_t least : {0, 1}) {
+    std::mt19937 random(7);
+    std::vector<std::int32_t> levels;
+    while (levels.size() < triangles.size())
+      levels.insert(levels.end(), 50, least + static_cast<std::int32_t>(random() % 9));
+    levels.resize(triangles.size());
+    std::vector<ComponentTree> trees;
+    for (const int threads : {1, 2, 5}) {
+      Execution execution;
+      execution.threads = threads;
+      trees.push_back(build_component_tree(twins, areas, levels, 9, execution));
+    }
+    EXPECT_EQ(rebuild_levels(trees[0]), levels);
+    double own = 0, of_roots = 0;
+    for (std::size_t t = 0; t < areas.size(); ++t) own += levels[t] > 0 ? areas[t] : 0;
+    for (std::size_t n = 0; n < trees[0].num_nodes(); ++n)
+      if (trees[0].parent_of_node[n] < 0)
+        of_roots += std::ldexp(static_cast<double>(trees[0].area_of_node[n]), -trees[0].area_exponent_of_node[n]);
+    EXPECT_NEAR(of_roots, own, 1e-9 * own);
+    for (const ComponentTree& other : trees) {
+      EXPECT_EQ(other.parent_of_node, trees[0].parent_of_node);
+      EXPECT_EQ(other.hi_of_node, trees[0].hi_of_node);
+      EXPECT_EQ(other.area_of_node, trees[0].area_of_node);
+      EXPECT_EQ(other.area_exponent_of_node, trees[0].area_exponent_of_node);
+      EXPECT_EQ(other.first_node_of_subtree, trees[0].first_node_of_subtree);
+      EXPECT_EQ(other.node_of_triangle, trees[0].node_of_triangle);
+    }
+  }
+}
+
 TEST(ComponentTree, WrongInputIsRefused) {
   const std::vector<std::int32_t> twins(3, -1);
   const std::vector<double> area{1}, bad_area{std::nan("")}, negative{-1};
