@@ -120,6 +120,17 @@ try {
   // Nothing hangs over the edge of a tablet held upright.
   assert.ok(await tablet.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
 
+  // Without 3D the tables work.
+  const plain = await open(browser, path, [], undefined, () => {
+    const get = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...rest) { return kind.startsWith("webgl") ? null : get.call(this, kind, ...rest); };
+  });
+  assert.match(await plain.$eval("#hint", (hint) => hint.textContent), /draws no 3D/);
+  assert.equal(await plain.$$eval("#table tbody tr", (all) => all.length), await plain.evaluate(() => window.meshmser.header.labels.length));
+  await plain.click('#table tr[data-row="2"]');
+  await plain.click("#tab-Stages");
+  assert.ok(await plain.$("#stages details"));
+
   assert.deepEqual(problems, []);
   console.log("every hand and eye");
 } finally {

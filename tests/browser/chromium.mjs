@@ -84,9 +84,10 @@ export const pixelOf = (page, label) => page.evaluate((wanted) => {
   return null;
 }, label);
 
-/** A page from disk, ready; `problems` takes its errors, warnings and requests, of which there may be none. */
-export async function open(browser, path, problems, size = { width: 1400, height: 950 }) {
+/** A page from disk, ready; `problems` takes its errors, warnings and requests, of which there may be none. `before` runs in it first. */
+export async function open(browser, path, problems, size = { width: 1400, height: 950 }, before = () => {}) {
   const page = await browser.newPage();
+  await page.evaluateOnNewDocument(before);
   page.setDefaultTimeout(120000);
   await page.setViewport(size);
   page.on("console", (message) => {

@@ -1,13 +1,13 @@
 // Another run beside this one: linked cameras, parameters that differ, how far the labels overlap.
 import type { App } from "./app";
-import { type Arrays, type Header, partsOfPage, readArrays, type Run, show } from "./data";
+import { type Arrays, type Header, parameterForPeople, partsOfPage, readArrays, type Run, show } from "./data";
 import { byId, make } from "./dom";
 import { segmentsOf } from "./geometry";
 import { View } from "./view";
 
 /** Parameters by `stage.parameter`. */
-function parametersOf(run: Run | null) {
-  return new Map((run?.stages ?? []).flatMap((s) => Object.entries(s.parameters).map(([name, value]) => [`${s.name}.${name}`, value] as const)));
+function parametersOf(run: Run | null, units: string) {
+  return new Map((run?.stages ?? []).flatMap((s) => Object.entries(s.parameters).map(([name, value]) => [`${s.name}.${name}`, parameterForPeople(value, units)] as const)));
 }
 
 type Overlap = { label: number; other: number; share: number; shareThere: number };
@@ -124,7 +124,7 @@ export function makeCompare(app: App, given: { header: Header; run: Run | null; 
       app.view.onMove = app.view.onLook = () => {};
       app.listeners.coloured = app.listeners.coloured.filter((l) => l !== colour);
       app.listeners.chosen = app.listeners.chosen.filter((l) => l !== paint);
-      there.renderer.dispose();
+      there.renderer?.dispose();
       place.remove();
       app.other = undefined;
       byId("runname").textContent = "";
@@ -138,7 +138,7 @@ export function makeCompare(app: App, given: { header: Header; run: Run | null; 
     status.textContent = `Left ${names[0]}, right ${names[1]}; both views move together.`;
     const table = arrays.labels && app.arrays.labels ? overlaps(app, header, arrays) : [];
     if (arrays.corners) addView(names, header, arrays, table);
-    const ours = parametersOf(app.run), theirs = parametersOf(run);
+    const ours = parametersOf(app.run, app.header.units), theirs = parametersOf(run, header.units);
     const differing = [...new Set([...ours.keys(), ...theirs.keys()])].filter((p) => ours.get(p) !== theirs.get(p));
     const tableOf = (id: string, head: string[], rows: (string | undefined)[][], marked: (row: number) => boolean = () => false, press?: (row: number) => void) =>
       make("table", { id }, make("thead", {}, make("tr", {}, ...head.map((h) => make("th", { class: "text", scope: "col" }, h)))),

@@ -73,6 +73,9 @@ export function unitForPeople(unit: string, units: string): string {
   return units === "unit" ? unit : unit.replace("unit", units);
 }
 
+/** A parameter's value, where it is a number of units of the coordinates, with their name. */
+export const parameterForPeople = (value: string, units: string) => (/^[-+\d.e]+ unit2?$/.test(value) ? unitForPeople(value, units) : value);
+
 export function show(value: unknown): string {
   if (typeof value !== "number") return value === "inf" ? "∞" : value === "-inf" ? "−∞" : String(value ?? "");
   if (Number.isInteger(value)) return value.toLocaleString("en-GB").replaceAll(",", "\u2009");

@@ -2,7 +2,7 @@
 import type { App } from "./app";
 import { drawChart } from "./chart";
 import { make } from "./dom";
-import { show, type TreeHead, unitForPeople } from "./data";
+import { parameterForPeople, show, type TreeHead, unitForPeople } from "./data";
 import type { Hit } from "./view";
 
 export type Tree = {
@@ -60,7 +60,7 @@ export function fateOf(app: App, tree: Tree, link: Link, delta: number): string 
     return of < 0 ? `a smaller node within that of ${levels}` : `the node of ${levels} (${show(area)} ${units}², q ${show(q)})`;
   })();
   const filter = app.header.filters?.[tree.filter![link.node] - 1]?.filter ?? "a filter";
-  const asked = (name: string) => (parameters[name] === undefined ? name : `${name} ${parameters[name]}`);
+  const asked = (name: string) => (parameters[name] === undefined ? name : `${name} ${parameterForPeople(parameters[name], units)}`);
   const words: Record<string, string> = {
     root: "a root: it has no level border",
     less_stable: `not selected: ${rival} beside it is more stable`,

@@ -26,13 +26,7 @@ async function start() {
   byId("subtitle").textContent = run ? `${run.config} · ${run.written}` : "";
   const blocks = takeBlocks(), other = readOther();
   const arrays = await readArrays(header, blocks);
-  let view: View;
-  try {
-    view = new View(byId("canvas") as HTMLCanvasElement, header, arrays);
-  } catch (error) {
-    byId("hint").textContent = `This browser draws no 3D (${(error as Error).message}); the tables work.`;
-    throw error;
-  }
+  const view = new View(byId("canvas") as HTMLCanvasElement, header, arrays);
   const app: App = {
     header, run, arrays, view, rowKind: "regions", chosen: [], hidden: new Set(), colouring: "", levelPaint: null,
     listeners: { chosen: [], clicked: [], tab: [], coloured: [], rows: [] },
@@ -96,6 +90,7 @@ async function start() {
   if ((header.every_point ?? 1) > 1) notes.push(`Of the points one in ${header.every_point} is drawn.`);
   if (header.left_out?.length) notes.push(`To keep the page small it lacks: ${header.left_out.join(", ")}.`);
   byId("note").textContent = notes.join(" ");
+  if (view.problem) app.hint(`This browser draws no 3D (${view.problem}); the tables work.`);
   window.addEventListener("beforeprint", () => makePrints(app));
   document.documentElement.dataset.ready = "yes";
   window.meshmser = app;

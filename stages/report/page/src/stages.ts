@@ -1,7 +1,7 @@
 // Verdict, warnings, and what each stage did.
 import type { App } from "./app";
 import { byId, make } from "./dom";
-import { type Output, show, unitForPeople } from "./data";
+import { type Output, parameterForPeople, show, unitForPeople } from "./data";
 
 export function makeVerdict(app: App) {
   const s = app.header.summary, units = app.header.units;
@@ -96,7 +96,7 @@ export function makeStages(app: App): HTMLElement {
       for (const item of stage.report) figures.append(make("dt", {}, item.name.replaceAll("_", " ")), make("dd", {}, `${show(item.value)} ${item.unit ? unitForPeople(item.unit, header.units) : ""}`));
       for (const [name, value] of Object.entries(stage.parameters)) {
         const changed = stage.changed?.includes(name) ?? false;
-        parameters.append(make("dt", {}, name), make("dd", { class: changed ? "changed" : "" }, value + (changed ? " (not the default)" : "")));
+        parameters.append(make("dt", {}, name), make("dd", { class: changed ? "changed" : "" }, parameterForPeople(value, header.units) + (changed ? " (not the default)" : "")));
       }
       element.append(make("details", {}, make("summary", {}, stage.name + (stage.warnings.length ? ` (${stage.warnings.length} warnings)` : "")),
         make("h2", {}, "Figures"), figures, make("h2", {}, "Parameters"), parameters, ...(outputs.get(stage.name) ?? []).map(statistics)));

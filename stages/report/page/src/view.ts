@@ -61,7 +61,8 @@ function drawsInSoftware() {
 }
 
 export class View {
-  readonly renderer: THREE.WebGLRenderer;
+  readonly renderer: THREE.WebGLRenderer | null; // null: the browser draws no 3D; what needs no picture works all the same
+  readonly problem: string = "";
   readonly scene = new THREE.Scene();
   readonly camera = new THREE.OrthographicCamera(-1, 1, 1, -1, 0, 1);
   readonly centre: number[];
@@ -86,8 +87,13 @@ export class View {
   private extra: THREE.Object3D[] = [];
 
   constructor(readonly canvas: HTMLCanvasElement, private header: Header, private arrays: Arrays) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawsInSoftware(), alpha: true });
-    this.renderer.setClearColor(0, 0);
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawsInSoftware(), alpha: true });
+      this.renderer.setClearColor(0, 0);
+    } catch (error) {
+      this.renderer = null;
+      this.problem = (error as Error).message;
+    }
     const steps = arrays.positions ?? arrays.points;
     const high = [0, 0, 0];
     for (let i = 0; i < steps.length; i++) high[i % 3] = Math.max(high[i % 3], steps[i]);
@@ -254,7 +260,7 @@ export class View {
   }
   drawNow() {
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
-    if (!width || !height) return;
+    if (!width || !height || !this.renderer) return;
     const ratio = Math.min(devicePixelRatio, 2);
     const current = this.renderer.getSize(new THREE.Vector2());
     if (current.x !== width || current.y !== height || this.renderer.getPixelRatio() !== ratio) {
@@ -307,7 +313,7 @@ export class View {
 
   /** What lies under a pixel of the canvas. */
   pick(x: number, y: number): Hit | null {
-    if (!this.mesh || !this.material || !this.surface?.visible) return null;
+    if (!this.renderer || !this.mesh || !this.material || !this.surface?.visible) return null;
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
     this.placeCamera(width / height);
     const spot = new THREE.WebGLRenderTarget(1, 1);
