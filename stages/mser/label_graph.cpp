@@ -66,7 +66,8 @@ void LabelGraph::join_while_weak(double threshold,
     joined_[static_cast<std::size_t>(b)] = a;
     mine.erase(entry);
     // All borders of b become borders of a.
-    const auto take = [&](std::int32_t other, CommonBorder&& border) {
+    // Clang before 16 cannot capture a structured binding by reference.
+    const auto take = [&, a = a](std::int32_t other, CommonBorder&& border) {
       const std::int32_t low = std::min(a, other), high = std::max(a, other);
       std::vector<std::int32_t>& edges = borders_[static_cast<std::size_t>(low)][high].half_edges;
       std::vector<std::int32_t> both;

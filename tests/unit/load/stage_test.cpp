@@ -6,6 +6,7 @@
 #include <fstream>
 #include <random>
 #include <sstream>
+#include <tuple>
 
 #include "pipeline/stage/command.hpp"
 #include "tests/support/temporary_files.hpp"
@@ -104,6 +105,33 @@ TEST_F(LoadStageTest, MakesWhatTheFileHolds) {
   const auto ignored = bind({{"path", text("mesh.off")}, {"faces", text("ignore")}});
   EXPECT_THAT(stage_->made_outputs(ignored.get()), ElementsAre("points"));
   EXPECT_THAT(ports(run(ignored.get())), ElementsAre("points"));
+}
+
+TEST_F(LoadStageTest, RepairIsAskedForAndReported) {
+  // Three pages about the edge of the vertices 0 and 1; the third turns like the first.
+  folder_.write("book.off", "OFF\n5 3 0\n0 0 0\n0 0 1\n1 0 0\n0 1 0\n-0.5 0 0\n3 0 1 2\n3 1 0 3\n3 0 1 4\n");
+  try {
+    run(bind({{"path", text("book.off")}}).get());
+    FAIL() << "an edge of three triangles was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("1 non-manifold edge: vertices 0 and 1 (faces 0 1 2)"));
+  }
+  const auto reported = [&](const std::string& name) {
+    for (const ReportItem& item : report_)
+      if (item.name == name) return std::get<std::int64_t>(item.value);
+    return std::int64_t{0};
+  };
+  for (const auto& [repair, num_triangles, num_dropped] :
+       {std::tuple("split", std::size_t{3}, 0), std::tuple("drop", std::size_t{2}, 1)}) {
+    const Outputs outputs = run(bind({{"path", text("book.off")}, {"repair", text(repair)}}).get());
+    for (const auto& [port, artifact] : outputs.items())
+      if (port == "mesh") {
+        EXPECT_EQ(std::get<Shared<TriangleMesh>>(artifact)->num_triangles(), num_triangles);
+      }
+    EXPECT_EQ(reported("num_non_manifold_edges"), 1) << repair;
+    EXPECT_EQ(reported("num_dropped_triangles"), num_dropped) << repair;
+    EXPECT_THAT(warnings_, Contains(HasSubstr("the mesh was repaired: 1 non-manifold"))) << repair;
+  }
 }
 
 TEST_F(LoadStageTest, FilesHavePosesAndScanners) {
