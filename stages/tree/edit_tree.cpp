@@ -103,7 +103,9 @@ ComponentTree simplify_tree(const ComponentTree& tree, std::span<const std::uint
 }
 
 std::vector<double> reconstruct_triangle_values(const ComponentTree& tree) {
-  const std::vector<double> levels = finite_levels(tree.levels);
+  std::vector<double> levels = finite_levels(tree.levels);
+  // With one finite level there is no step to go by, and the lowest must still be told from it.
+  if (levels.size() == 2 && std::isinf(tree.levels[0])) levels[0] = levels[1] - std::max(1.0, std::abs(levels[1]));
   std::vector<double> values;
   values.reserve(tree.node_of_triangle.size());
   for (const std::int32_t node : tree.node_of_triangle)

@@ -36,7 +36,7 @@ std::vector<std::uint8_t> nodes_of_persistence(const ComponentTree& tree, double
 ComponentTree simplify_tree(const ComponentTree& tree, std::span<const std::uint8_t> keep);
 
 /// The scalar as the tree has it, one value a triangle: of S at the triangle's level (-h for a lower tree), an infinite
-/// h_1 taken as one step below h_2; NaN in no node. #F.
+/// h_1 taken as one step below h_2 (below the only finite level by 1 or its own size); NaN in no node. #F.
 std::vector<double> reconstruct_triangle_values(const ComponentTree& tree);
 
 /// One value a vertex: the highest (lower tree: lowest) of its triangles'; NaN where no triangle in a node touches it.

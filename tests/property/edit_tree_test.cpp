@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "stages/common/adjacency.hpp"
@@ -201,6 +202,18 @@ TEST_P(EditTree, AgreesWithTheDefinitionsOnRandomMeshes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(BothPolarities, EditTree, ::testing::Values(Polarity::kUpper, Polarity::kLower));
+
+TEST(ReconstructTriangleValues, OneFiniteLevelStandsApart) {
+  ComponentTree tree;
+  tree.levels = {-std::numeric_limits<double>::infinity(), 3};
+  tree.parent_of_node = {1, -1};
+  tree.hi_of_node = {2, 1};
+  tree.node_of_triangle = {0, 1, -1};
+  const std::vector<double> values = reconstruct_triangle_values(tree);
+  EXPECT_EQ(level_of_value(tree, values[0]), 2);
+  EXPECT_EQ(level_of_value(tree, values[1]), 1);
+  EXPECT_TRUE(std::isfinite(values[1]) && std::isnan(values[2]));
+}
 
 TEST(SimplifyTree, RefusesWhatLeavesNoTree) {
   ComponentTree tree;
