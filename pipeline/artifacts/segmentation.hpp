@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,22 +10,57 @@
 
 namespace meshmser {
 
+enum class FittedShape : std::uint8_t { kNone, kPlane, kSphere, kCylinder };
+
+/// As tables spell it.
+inline const char* name_of(FittedShape shape) {
+  switch (shape) {
+    case FittedShape::kPlane:
+      return "plane";
+    case FittedShape::kSphere:
+      return "sphere";
+    case FittedShape::kCylinder:
+      return "cylinder";
+    case FittedShape::kNone:
+      break;
+  }
+  return "none";
+}
+
 /// A selected node that passed the filters (definitions 7, 8).
 struct Region {
   Polarity polarity = Polarity::kUpper;
-  std::int32_t node = -1;           ///< in the tree of its polarity
-  std::int32_t parent = -1;         ///< label of the smallest region of the same polarity that contains it; -1: none
-  std::int32_t low_level = 0;       ///< lo of definitions 6, from 1
-  std::int32_t high_level = 0;      ///< hi
-  double value = 0;                 ///< h at lo, as a value of S (not of -S)
+  std::int32_t node = -1;       ///< in the tree of its polarity
+  std::int32_t parent = -1;     ///< label of the smallest region of the same polarity that contains it; -1: none
+  std::int32_t low_level = 0;   ///< lo of definitions 6, from 1
+  std::int32_t high_level = 0;  ///< hi
+  double value = 0;             ///< h at lo, as a value of S (not of -S)
   std::int64_t num_triangles = 0;
-  double area = 0;                  ///< in coordinate units squared
-  double stability = 0;             ///< q: 0 is perfectly stable; infinite for zero area
-  double persistence = 0;           ///< of its highest maximum, in units of S
-  double contrast = 0;              ///< mean step of S across the level part of the border
+  double area = 0;         ///< in coordinate units squared
+  double stability = 0;    ///< q: 0 is perfectly stable; infinite for zero area
+  double persistence = 0;  ///< of its highest maximum, in units of S
+  double contrast = 0;     ///< mean step of S across the level part of the border
   double scalar_mean = 0, scalar_min = 0, scalar_max = 0, scalar_deviation = 0;  ///< area-weighted over its triangles
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< minus the mesh's origin
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();                            ///< minus the mesh's origin
   Eigen::Vector3d mean_normal = Eigen::Vector3d::Zero();
+  double level_length = 0;  ///< of the border where a triangle outside lies behind it
+  double hole_length = 0;   ///< of the border along the mesh's own rim, inner loops included
+  std::int32_t depth = 0;   ///< how many regions of the same polarity contain it
+  std::int64_t euler = 0;   ///< 1 for a disc, 1 less for each hole in it; see NodeAttributes
+  double flatness = 0;      ///< length of the integral of the normal over area: 1 on a plane
+  Eigen::Vector3d box_min = Eigen::Vector3d::Zero(), box_max = Eigen::Vector3d::Zero();  ///< minus the origin
+  /// Unit, right-handed: where its area spreads most, next and least.
+  Eigen::Vector3d axis_1 = Eigen::Vector3d::Zero(), axis_2 = Eigen::Vector3d::Zero(), axis_3 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spread = Eigen::Vector3d::Zero();  ///< standard deviation along the axes
+  FittedShape best_fit = FittedShape::kNone;         ///< by residual and number of parameters; see fit_shapes
+  double plane_residual = kUnknown;                  ///< root mean square distance; NaN: too few points
+  double sphere_residual = kUnknown, sphere_radius = kUnknown;          ///< radius < 0: seen from within
+  Eigen::Vector3d sphere_centre = Eigen::Vector3d::Constant(kUnknown);  ///< minus the origin
+  double cylinder_residual = kUnknown, cylinder_radius = kUnknown;
+  Eigen::Vector3d cylinder_point = Eigen::Vector3d::Constant(kUnknown);  ///< of the axis, minus the origin
+  Eigen::Vector3d cylinder_axis = Eigen::Vector3d::Constant(kUnknown);
+
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& field) {
@@ -45,6 +81,26 @@ struct Region {
     field("scalar_deviation", self.scalar_deviation);
     field("centroid", self.centroid);
     field("mean_normal", self.mean_normal);
+    field("level_length", self.level_length);
+    field("hole_length", self.hole_length);
+    field("depth", self.depth);
+    field("euler", self.euler);
+    field("flatness", self.flatness);
+    field("box_min", self.box_min);
+    field("box_max", self.box_max);
+    field("axis_1", self.axis_1);
+    field("axis_2", self.axis_2);
+    field("axis_3", self.axis_3);
+    field("spread", self.spread);
+    field("best_fit", self.best_fit);
+    field("plane_residual", self.plane_residual);
+    field("sphere_residual", self.sphere_residual);
+    field("sphere_radius", self.sphere_radius);
+    field("sphere_centre", self.sphere_centre);
+    field("cylinder_residual", self.cylinder_residual);
+    field("cylinder_radius", self.cylinder_radius);
+    field("cylinder_point", self.cylinder_point);
+    field("cylinder_axis", self.cylinder_axis);
   }
 };
 
@@ -61,7 +117,8 @@ struct FilterCount {
   }
 };
 
-/// Regions and the labels that come of them (definitions 9). Region i bears the number i + 1 before splitting and growing.
+/// Regions and the labels that come of them (definitions 9). Region i bears the number i + 1 before splitting and
+/// growing.
 struct Segmentation {
   std::vector<Region> regions;                       ///< by decreasing area, then smallest triangle id
   std::vector<std::int32_t> region_of_triangle;      ///< #F: 1 + index of the smallest region that contains it; 0: none

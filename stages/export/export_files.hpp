@@ -50,11 +50,9 @@ struct SegmentColumns {
 /// green blue. Colours are those of the pictures: distinct for neighbours, background grey.
 void write_segments_ply(const std::filesystem::path& path, const TriangleMesh& mesh, const SegmentColumns& columns);
 
-/// Writes one row a region: `label,polarity,node,parent,level,high_level,value,triangles,area,stability,persistence,
-/// contrast,border_length,hole_length,scalar_mean,scalar_min,scalar_max,scalar_deviation,x,y,z,nx,ny,nz`. The label is
-/// the region's number before splitting and growing; parent: label of the region around it, -1: none; border and hole
-/// length: of the loops of `borders` (null: empty cells); x y z: centroid.
-void write_regions_csv(const std::filesystem::path& path, const Segmentation& segmentation, const BorderSet* borders,
+/// Writes one row a region with the columns that README.md lists. The label is the region's number before splitting and
+/// growing; parent: label of the region around it, -1: none. `origin` is added to places.
+void write_regions_csv(const std::filesystem::path& path, const Segmentation& segmentation,
                        const Eigen::Vector3d& origin);
 
 /// Writes one row a final label but background: `label,region,triangles,area`.

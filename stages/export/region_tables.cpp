@@ -44,32 +44,27 @@ class Table {
 
 }  // namespace
 
-void write_regions_csv(const std::filesystem::path& path, const Segmentation& segmentation, const BorderSet* borders,
+void write_regions_csv(const std::filesystem::path& path, const Segmentation& segmentation,
                        const Eigen::Vector3d& origin) {
-  std::vector<double> level_length(segmentation.regions.size() + 1, 0), hole_length(level_length);
-  if (borders != nullptr)
-    for (std::size_t l = 0; l < borders->regions.num_loops(); ++l) {
-      const auto owner = static_cast<std::size_t>(borders->regions.owner_of_loop[l]);
-      level_length[owner] += borders->regions.level_length_of_loop[l];
-      hole_length[owner] += borders->regions.hole_length_of_loop[l];
-    }
   Table table(path,
               "label,polarity,node,parent,level,high_level,value,triangles,area,stability,persistence,contrast,border_"
-              "length,hole_length,"
-              "scalar_mean,scalar_min,scalar_max,scalar_deviation,x,y,z,nx,ny,nz");
+              "length,hole_length,scalar_mean,scalar_min,scalar_max,scalar_deviation,x,y,z,nx,ny,nz,depth,euler,"
+              "flatness,min_x,min_y,min_z,max_x,max_y,max_z,spread_1,spread_2,spread_3,axis_1_x,axis_1_y,axis_1_z,"
+              "axis_2_x,axis_2_y,axis_2_z,axis_3_x,axis_3_y,axis_3_z,best_fit,plane_residual,sphere_residual,sphere_"
+              "radius,sphere_x,sphere_y,sphere_z,cylinder_residual,cylinder_radius,cylinder_x,cylinder_y,cylinder_z,"
+              "cylinder_axis_x,cylinder_axis_y,cylinder_axis_z");
   for (std::size_t i = 0; i < segmentation.regions.size(); ++i) {
     const Region& region = segmentation.regions[i];
     table << i + 1 << name_of(region.polarity) << region.node << region.parent << region.low_level << region.high_level
           << region.value << region.num_triangles << region.area << region.stability << region.persistence
-          << region.contrast;
-    if (borders != nullptr) {
-      table << level_length[i + 1] << hole_length[i + 1];
-    } else {
-      table << ""
-            << "";
-    }
-    table << region.scalar_mean << region.scalar_min << region.scalar_max << region.scalar_deviation
-          << Eigen::Vector3d(region.centroid + origin) << region.mean_normal;
+          << region.contrast << region.level_length << region.hole_length << region.scalar_mean << region.scalar_min
+          << region.scalar_max << region.scalar_deviation << Eigen::Vector3d(region.centroid + origin)
+          << region.mean_normal << region.depth << region.euler << region.flatness
+          << Eigen::Vector3d(region.box_min + origin) << Eigen::Vector3d(region.box_max + origin) << region.spread
+          << region.axis_1 << region.axis_2 << region.axis_3 << name_of(region.best_fit) << region.plane_residual
+          << region.sphere_residual << region.sphere_radius << Eigen::Vector3d(region.sphere_centre + origin)
+          << region.cylinder_residual << region.cylinder_radius << Eigen::Vector3d(region.cylinder_point + origin)
+          << region.cylinder_axis;
     table.end_row();
   }
   table.finish();

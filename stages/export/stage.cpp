@@ -140,7 +140,7 @@ class Writer {
 
   void write_regions() {
     const Eigen::Vector3d origin = r_.mesh ? r_.mesh->origin : r_.points ? r_.points->origin : Eigen::Vector3d::Zero();
-    file("regions.csv", [&](const auto& path) { write_regions_csv(path, *r_.segmentation, r_.borders, origin); });
+    file("regions.csv", [&](const auto& path) { write_regions_csv(path, *r_.segmentation, origin); });
     file("labels.csv", [&](const auto& path) { write_labels_csv(path, *r_.segmentation); });
   }
 
@@ -232,7 +232,7 @@ class Writer {
 };
 
 struct ExportStage {
-  static constexpr StageInfo info{"export", 2,
+  static constexpr StageInfo info{"export", 3,
                                   "Writes points, mesh, regions, borders and pictures as files for other programs."};
   using Parameters = ExportParameters;
 

@@ -12,99 +12,151 @@
 #include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/mser/filters.hpp"
+#include "stages/mser/fit_shapes.hpp"
+#include "stages/mser/node_attributes.hpp"
 #include "stages/mser/stability.hpp"
 
 namespace meshmser {
 namespace {
 
-/// Sums over triangles.
-struct Sums {
-  std::int64_t num_triangles = 0;
-  double area = 0, first = 0, second = 0;  ///< integrals of 1, S, S^2
-  double least = std::numeric_limits<double>::infinity(), greatest = -std::numeric_limits<double>::infinity();
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+/// So many corners of a region's triangles are enough for its shape.
+constexpr std::int64_t kFittedCorners = 192;
 
-  void add(const Sums& other) {
-    num_triangles += other.num_triangles;
-    area += other.area;
-    first += other.first;
-    second += other.second;
-    least = std::min(least, other.least);
-    greatest = std::max(greatest, other.greatest);
-    centroid += other.centroid;
-    normal += other.normal;
+/// The triangles of listed nodes, descendants included, as intervals of one list.
+class TrianglesOfNodes {
+ public:
+  TrianglesOfNodes(const ComponentTree& tree, std::span<const std::int32_t> nodes)
+      : first_place_(nodes.size()), first_(nodes.size() + 1, 0) {
+    const std::vector<std::int32_t> place = smallest_listed_nodes(tree, nodes);
+    const auto place_of = [&](std::size_t t) {
+      const std::int32_t node = tree.node_of_triangle[t];
+      return node < 0 ? -1 : place[static_cast<std::size_t>(node)];
+    };
+    const std::size_t num_triangles = tree.node_of_triangle.size();
+    for (std::size_t t = 0; t < num_triangles; ++t)
+      if (place_of(t) >= 0) ++first_[static_cast<std::size_t>(place_of(t)) + 1];
+    for (std::size_t i = 0; i < nodes.size(); ++i) first_[i + 1] += first_[i];
+    triangles_.resize(static_cast<std::size_t>(first_.back()));
+    std::vector<std::int64_t> next(first_.begin(), first_.end() - 1);
+    for (std::size_t t = 0; t < num_triangles; ++t)
+      if (place_of(t) >= 0)
+        triangles_[static_cast<std::size_t>(next[static_cast<std::size_t>(place_of(t))]++)] =
+            static_cast<std::int32_t>(t);
+    // Nodes are in postorder: those of a subtree stand together, its root last.
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      first_place_[i] = static_cast<std::size_t>(
+          std::lower_bound(nodes.begin(), nodes.end(), tree.first_node_of_subtree[static_cast<std::size_t>(nodes[i])]) -
+          nodes.begin());
   }
+  std::span<const std::int32_t> of(std::size_t place) const {
+    return std::span(triangles_)
+        .subspan(static_cast<std::size_t>(first_[first_place_[place]]),
+                 static_cast<std::size_t>(first_[place + 1] - first_[first_place_[place]]));
+  }
+
+ private:
+  std::vector<std::size_t> first_place_;
+  std::vector<std::int64_t> first_;
+  std::vector<std::int32_t> triangles_;
 };
 
-/// The place in `selected` of the smallest selected node at or above each node; -1: none.
-std::vector<std::int32_t> selected_of_nodes(const ComponentTree& tree, std::span<const std::int32_t> selected) {
-  std::vector<std::int32_t> place(tree.num_nodes(), -1);
-  for (std::size_t i = 0; i < selected.size(); ++i)
-    place[static_cast<std::size_t>(selected[i])] = static_cast<std::int32_t>(i);
-  for (std::size_t n = tree.num_nodes(); n-- > 0;)
-    if (place[n] < 0 && tree.parent_of_node[n] >= 0) place[n] = place[static_cast<std::size_t>(tree.parent_of_node[n])];
-  return place;
+/// Fits corners of triangles: all of few, else one of each of kFittedCorners triangles evenly taken, weighing as much as
+/// these.
+FittedShapes fit_triangles(const SurfaceView& surface, std::span<const std::int32_t> triangles,
+                           std::span<const double> areas) {
+  struct Corner {
+    std::int32_t vertex, triangle;
+  };
+  std::vector<Corner> corners;
+  const auto all = static_cast<std::int64_t>(triangles.size());
+  const std::int64_t taken = std::min(all, kFittedCorners);
+  for (std::int64_t i = 0; i < taken; ++i) {
+    const std::int32_t t = triangles[static_cast<std::size_t>(i * all / taken)];
+    if (!(areas[static_cast<std::size_t>(t)] > 0)) continue;
+    const auto& of_triangle = surface.triangles[static_cast<std::size_t>(t)];
+    if (3 * all > kFittedCorners)
+      corners.push_back({of_triangle[static_cast<std::size_t>(i % 3)], t});
+    else
+      for (const std::int32_t vertex : of_triangle) corners.push_back({vertex, t});
+  }
+  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
+    return a.vertex != b.vertex ? a.vertex < b.vertex : a.triangle < b.triangle;
+  });
+  std::vector<Eigen::Vector3d> points, normals;
+  std::vector<double> weights;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i == 0 || corners[i].vertex != corners[i - 1].vertex) {
+      points.push_back(surface.positions[static_cast<std::size_t>(corners[i].vertex)]);
+      normals.push_back(Eigen::Vector3d::Zero());
+      weights.push_back(0);
+    }
+    const auto t = static_cast<std::size_t>(corners[i].triangle);
+    const auto corner = [&](std::size_t k) -> const Eigen::Vector3d& {
+      return surface.positions[static_cast<std::size_t>(surface.triangles[t][k])];
+    };
+    weights.back() += areas[t];
+    normals.back() += (corner(1) - corner(0)).cross(corner(2) - corner(0));
+  }
+  return fit_shapes(points, weights, normals);
 }
 
-Sums sums_of_triangle(const SurfaceView& surface, std::span<const double> values, double area, std::size_t t) {
-  Sums sums;
-  Eigen::Vector3d corners[3];
-  double s[3];
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto v = static_cast<std::size_t>(surface.triangles[t][k]);
-    corners[k] = surface.positions[v];
-    s[k] = values[v];
-  }
-  const double total = s[0] + s[1] + s[2];
-  sums.num_triangles = 1;
-  sums.area = area;
-  sums.first = area * total / 3;
-  // The integral of the square of a linear function over a triangle.
-  sums.second = area * (total * total + s[0] * s[0] + s[1] * s[1] + s[2] * s[2]) / 12;
-  sums.least = std::min({s[0], s[1], s[2]});
-  sums.greatest = std::max({s[0], s[1], s[2]});
-  sums.centroid = area / 3 * (corners[0] + corners[1] + corners[2]);
-  sums.normal = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-  return sums;
+void take(const NodeAttributes& of, Region& region) {
+  region.num_triangles = of.num_triangles;
+  region.area = of.area;
+  region.scalar_min = of.scalar_min;
+  region.scalar_max = of.scalar_max;
+  region.scalar_mean = of.scalar_mean;
+  region.scalar_deviation = of.scalar_deviation;
+  region.centroid = of.centroid;
+  region.mean_normal = of.mean_normal();
+  region.level_length = of.level_length;
+  region.hole_length = of.hole_length;
+  region.depth = of.depth;
+  region.euler = of.euler;
+  region.flatness = of.flatness();
+  region.box_min = of.box_min;
+  region.box_max = of.box_max;
+  const PrincipalAxes axes = principal_axes(of.covariance);
+  region.axis_1 = axes.axes.col(0);
+  region.axis_2 = axes.axes.col(1);
+  region.axis_3 = axes.axes.col(2);
+  region.spread = axes.deviations;
 }
 
-/// The sums over each selected node of a tree, descendants included, by place in `selected`.
-std::vector<Sums> sums_of_selected(const SurfaceView& surface, const ComponentTree& tree,
-                                   std::span<const std::int32_t> selected, std::span<const double> values,
-                                   std::span<const double> areas) {
-  std::vector<Sums> sums(selected.size());
-  const std::vector<std::int32_t> place = selected_of_nodes(tree, selected);
-  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t) {
-    if (tree.node_of_triangle[t] < 0) continue;
-    const std::int32_t at = place[static_cast<std::size_t>(tree.node_of_triangle[t])];
-    if (at >= 0) sums[static_cast<std::size_t>(at)].add(sums_of_triangle(surface, values, areas[t], t));
-  }
-  const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
-  for (std::size_t i = 0; i < selected.size(); ++i)
-    if (ancestor[i] >= 0) sums[static_cast<std::size_t>(ancestor[i])].add(sums[i]);
-  return sums;
+void take(const FittedShapes& of, Region& region) {
+  region.best_fit = of.best;
+  region.plane_residual = of.plane_residual;
+  region.sphere_residual = of.sphere_residual;
+  region.sphere_radius = of.sphere_radius;
+  region.sphere_centre = of.sphere_centre;
+  region.cylinder_residual = of.cylinder_residual;
+  region.cylinder_radius = of.cylinder_radius;
+  region.cylinder_point = of.cylinder_point;
+  region.cylinder_axis = of.cylinder_axis;
 }
 
 }  // namespace
 
 std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const ComponentTree> trees,
                                      std::span<const TreeSelection> selections, std::span<const SelectedNode> regions,
-                                     std::span<const double> values, std::span<const double> areas) {
+                                     std::span<const double> values, std::span<const double> areas,
+                                     const Execution& execution) {
   std::vector<Region> described(regions.size());
   const std::vector<std::int32_t> parents = parent_regions(trees, regions);
   for (std::size_t i = 0; i < trees.size(); ++i) {
     const ComponentTree& tree = trees[i];
     const std::vector<double> levels = finite_levels(tree.levels);
-    std::vector<std::int32_t> selected;
+    std::vector<std::int32_t> nodes;
     for (const SelectedNode& region : regions)
-      if (region.tree == static_cast<std::int32_t>(i)) selected.push_back(region.node);
-    std::sort(selected.begin(), selected.end());
-    const std::vector<Sums> all_sums = sums_of_selected(surface, tree, selected, values, areas);
-    for (std::size_t r = 0; r < regions.size(); ++r) {
-      if (regions[r].tree != static_cast<std::int32_t>(i)) continue;
+      if (region.tree == static_cast<std::int32_t>(i)) nodes.push_back(region.node);
+    if (nodes.empty()) continue;
+    std::sort(nodes.begin(), nodes.end());
+    execution.check();
+    const std::vector<NodeAttributes> attributes = attributes_of_nodes(surface, tree, nodes, values, areas);
+    const TrianglesOfNodes triangles(tree, nodes);
+    const auto describe = [&](std::size_t r) {
       const std::int32_t node = regions[r].node;
-      const Sums& sums = all_sums[static_cast<std::size_t>(std::lower_bound(selected.begin(), selected.end(), node) -
-                                                           selected.begin())];
+      const auto at = static_cast<std::size_t>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
       Region& region = described[r];
       region.polarity = tree.polarity;
       region.node = node;
@@ -113,20 +165,16 @@ std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const
       region.high_level = tree.hi_of_node[static_cast<std::size_t>(node)];
       const double low = levels[static_cast<std::size_t>(region.low_level) - 1];
       region.value = tree.polarity == Polarity::kUpper ? low : -low;
-      region.num_triangles = sums.num_triangles;
-      region.area = area_of_node(tree, node);
       region.stability = stability_of_node(tree, selections[i].changes, node);
       region.persistence = selections[i].maxima.persistence_of_node(node);
-      region.scalar_min = sums.least;
-      region.scalar_max = sums.greatest;
-      if (sums.area > 0) {
-        region.scalar_mean = sums.first / sums.area;
-        region.scalar_deviation =
-            std::sqrt(std::max(0.0, sums.second / sums.area - region.scalar_mean * region.scalar_mean));
-        region.centroid = sums.centroid / sums.area;
-      }
-      if (sums.normal.norm() > 0) region.mean_normal = sums.normal.normalized();
-    }
+      take(attributes[at], region);
+      take(fit_triangles(surface, triangles.of(at), areas), region);
+    };
+    parallel_chunks(static_cast<std::int64_t>(regions.size()), 16, "", execution,
+                    [&](std::int64_t begin, std::int64_t end) {
+                      for (auto r = static_cast<std::size_t>(begin); r < static_cast<std::size_t>(end); ++r)
+                        if (regions[r].tree == static_cast<std::int32_t>(i)) describe(r);
+                    });
   }
   return described;
 }
@@ -137,7 +185,7 @@ namespace {
 /// ancestor of the other's, so climbing ends at the first selected node that holds both.
 HalfEdgesByOwner level_edges_of(const SurfaceView& surface, const ComponentTree& tree,
                                 std::span<const std::int32_t> selected, const Execution& execution) {
-  const std::vector<std::int32_t> place = selected_of_nodes(tree, selected);
+  const std::vector<std::int32_t> place = smallest_listed_nodes(tree, selected);
   const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
   return gather_by_owner(
       surface.triangles.size(), selected.size(),

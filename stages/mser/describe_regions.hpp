@@ -23,11 +23,13 @@ struct TreeSelection {
 };
 
 /// One Region for each selected node, in the same order, without its contrast. Means and deviation are those of the
-/// linear scalar over the triangles of the region (its descendants' included), minimum and maximum over their corners.
-/// `values`: #V, S; `areas`: #F. One pass over the triangles and one over the regions for each tree.
+/// linear scalar over the triangles of the region (its descendants' included), minimum and maximum over their corners;
+/// shapes are fitted to up to 192 corners of its triangles, evenly taken. `values`: #V, S; `areas`: #F. One pass
+/// over the triangles and one over the regions for each tree. Same bytes on any number of threads.
 std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const ComponentTree> trees,
                                      std::span<const TreeSelection> selections, std::span<const SelectedNode> regions,
-                                     std::span<const double> values, std::span<const double> areas);
+                                     std::span<const double> values, std::span<const double> areas,
+                                     const Execution& execution = {});
 
 /// The mean step of S across the level part of the border of each selected node of a tree (by its place in `selected`,
 /// ascending): the area-weighted mean over the triangles inside, minus that outside, of those whose centroid is within

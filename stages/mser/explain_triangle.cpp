@@ -33,30 +33,49 @@ double squared_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, cons
 
 }  // namespace
 
+ExplainedNode explain_node(const LevelSetTrees& level_sets, const RegionSelection& selection,
+                           std::span<const NodeFates> fates, std::size_t tree_index, std::int32_t node) {
+  const ComponentTree& tree = level_sets.trees[tree_index];
+  const TreeSelection& known = selection.selections[tree_index];
+  ExplainedNode of;
+  of.node = node;
+  of.lo = tree.lo(node);
+  of.hi = tree.hi_of_node[static_cast<std::size_t>(node)];
+  of.value = (tree.polarity == Polarity::kUpper ? 1 : -1) * tree.levels[static_cast<std::size_t>(of.lo) - 1];
+  of.area = area_of_node(tree, node);
+  of.stability = stability_of_node(tree, known.changes, node);
+  of.persistence = known.maxima.persistence_of_node(node);
+  of.contrast = selection.contrasts[tree_index].of(node);
+  of.fate = fates[tree_index][static_cast<std::size_t>(node)];
+  const SelectedNode self{static_cast<std::int32_t>(tree_index), node};
+  const auto found = std::find(selection.regions.begin(), selection.regions.end(), self);
+  if (found != selection.regions.end()) of.region = static_cast<std::int32_t>(found - selection.regions.begin()) + 1;
+  return of;
+}
+
 std::vector<ExplainedNode> explain_triangle(const LevelSetTrees& level_sets, const RegionSelection& selection,
                                             std::span<const NodeFates> fates, std::size_t tree_index,
                                             std::int32_t triangle) {
   const ComponentTree& tree = level_sets.trees[tree_index];
-  const TreeSelection& known = selection.selections[tree_index];
-  const double sign = tree.polarity == Polarity::kUpper ? 1 : -1;
   std::vector<ExplainedNode> path;
   for (std::int32_t node = tree.node_of_triangle[static_cast<std::size_t>(triangle)]; node >= 0;
-       node = tree.parent_of_node[static_cast<std::size_t>(node)]) {
-    ExplainedNode& of = path.emplace_back();
-    of.node = node;
-    of.lo = tree.lo(node);
-    of.hi = tree.hi_of_node[static_cast<std::size_t>(node)];
-    of.value = sign * tree.levels[static_cast<std::size_t>(of.lo) - 1];
-    of.area = area_of_node(tree, node);
-    of.stability = stability_of_node(tree, known.changes, node);
-    of.persistence = known.maxima.persistence_of_node(node);
-    of.contrast = selection.contrasts[tree_index].of(node);
-    of.fate = fates[tree_index][static_cast<std::size_t>(node)];
-    const SelectedNode self{static_cast<std::int32_t>(tree_index), node};
-    const auto found = std::find(selection.regions.begin(), selection.regions.end(), self);
-    if (found != selection.regions.end()) of.region = static_cast<std::int32_t>(found - selection.regions.begin()) + 1;
-  }
+       node = tree.parent_of_node[static_cast<std::size_t>(node)])
+    path.push_back(explain_node(level_sets, selection, fates, tree_index, node));
   return path;
+}
+
+std::vector<ExplainedNode> explain_rivals(const LevelSetTrees& level_sets, const RegionSelection& selection,
+                                          std::span<const NodeFates> fates, std::size_t tree_index,
+                                          std::span<const ExplainedNode> path) {
+  std::vector<ExplainedNode> rivals;
+  const auto told = [&](std::int32_t node) {
+    const auto is_node = [&](const ExplainedNode& of) { return of.node == node; };
+    return std::any_of(path.begin(), path.end(), is_node) || std::any_of(rivals.begin(), rivals.end(), is_node);
+  };
+  for (const ExplainedNode& of : path)
+    for (std::int32_t rival = of.fate.rival; rival >= 0 && !told(rival); rival = rivals.back().fate.rival)
+      rivals.push_back(explain_node(level_sets, selection, fates, tree_index, rival));
+  return rivals;
 }
 
 ClosestTriangle closest_triangle(const SurfaceView& surface, const Eigen::Vector3d& point) {

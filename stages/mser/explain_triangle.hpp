@@ -11,7 +11,7 @@
 
 namespace meshmser {
 
-/// A node that holds the triangle.
+/// A node that holds the triangle, or a rival of one that does.
 struct ExplainedNode {
   std::int32_t node = -1;
   std::int32_t lo = 0, hi = 0;  ///< the levels over which it is a component, from 1
@@ -28,6 +28,16 @@ struct ExplainedNode {
 /// excluded or below h_1. `selection` and `fates`: both of select_regions. Linear in the path and in the regions.
 std::vector<ExplainedNode> explain_triangle(const LevelSetTrees& level_sets, const RegionSelection& selection,
                                             std::span<const NodeFates> fates, std::size_t tree, std::int32_t triangle);
+
+/// What is known of one node.
+ExplainedNode explain_node(const LevelSetTrees& level_sets, const RegionSelection& selection,
+                           std::span<const NodeFates> fates, std::size_t tree, std::int32_t node);
+
+/// The rivals that are not on the path themselves, and theirs, so that no story ends with a node of which nothing is
+/// told: in the order in which they are named.
+std::vector<ExplainedNode> explain_rivals(const LevelSetTrees& level_sets, const RegionSelection& selection,
+                                          std::span<const NodeFates> fates, std::size_t tree,
+                                          std::span<const ExplainedNode> path);
 
 struct ClosestTriangle {
   std::int32_t triangle = -1;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+
+#include "stages/common/adjacency.hpp"
 
 namespace meshmser {
 namespace {
@@ -52,13 +55,51 @@ std::vector<double> level_line_lengths(const SurfaceView& surface, const Compone
   return lengths;
 }
 
-std::vector<double> least_gradients(const SurfaceView& surface, const ComponentTree& tree,
-                                    std::span<const double> gradients) {
-  std::vector<double> least(tree.num_nodes(), std::numeric_limits<double>::infinity());
+std::vector<LevelLine> level_lines(const SurfaceView& surface, const ComponentTree& tree,
+                                   std::span<const double> gradients) {
+  // The level edges of each node, by ascending id.
+  std::vector<std::int64_t> first(tree.num_nodes() + 1, 0);
+  visit_level_edges(surface, tree, [&](std::size_t, std::size_t node) { ++first[node + 1]; });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::int32_t> edges(static_cast<std::size_t>(first.back()));
+  std::vector<std::int64_t> next(first.begin(), first.end() - 1);
   visit_level_edges(surface, tree, [&](std::size_t h, std::size_t node) {
-    least[node] = std::min(least[node], gradients[static_cast<std::size_t>(surface.twins[h] / 3)]);
+    edges[static_cast<std::size_t>(next[node]++)] = static_cast<std::int32_t>(h);
   });
-  return least;
+
+  std::vector<LevelLine> lines;
+  // The node in whose border each half-edge was last walked over.
+  std::vector<std::int32_t> walked(surface.twins.size(), -1);
+  for (std::size_t n = 0; n < tree.num_nodes(); ++n) {
+    const auto node = static_cast<std::int32_t>(n);
+    const auto leaves = [&](std::int32_t twin) {
+      if (twin < 0) return true;
+      const std::int32_t other = tree.node_of_triangle[static_cast<std::size_t>(twin) / 3];
+      return other < tree.first_node_of_subtree[n] || other > node;
+    };
+    for (auto e = static_cast<std::size_t>(first[n]); e < static_cast<std::size_t>(first[n + 1]); ++e) {
+      if (walked[static_cast<std::size_t>(edges[e])] == node) continue;
+      LevelLine line{node, 0, std::numeric_limits<double>::infinity()};
+      std::int32_t h = edges[e];
+      while (walked[static_cast<std::size_t>(h)] != node) {
+        walked[static_cast<std::size_t>(h)] = node;
+        if (const std::int32_t twin = surface.twins[static_cast<std::size_t>(h)]; twin >= 0) {
+          const auto& corners = surface.triangles[static_cast<std::size_t>(h) / 3];
+          const auto k = static_cast<std::size_t>(h) % 3;
+          line.length += (surface.positions[static_cast<std::size_t>(corners[k])] -
+                          surface.positions[static_cast<std::size_t>(corners[(k + 1) % 3])])
+                             .norm();
+          line.least_gradient = std::min(line.least_gradient, gradients[static_cast<std::size_t>(twin) / 3]);
+        }
+        // On to the next border edge, turning about the end vertex inside the node.
+        h = next_half_edge(h);
+        while (!leaves(surface.twins[static_cast<std::size_t>(h)]))
+          h = next_half_edge(surface.twins[static_cast<std::size_t>(h)]);
+      }
+      lines.push_back(line);
+    }
+  }
+  return lines;
 }
 
 std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<const double> length_of_node, double least,

@@ -15,10 +15,18 @@ namespace meshmser {
 /// borders.
 std::vector<double> level_line_lengths(const SurfaceView& surface, const ComponentTree& tree);
 
-/// The least gradient on the triangles just beyond each node's level edges (#N), which its level line crosses; infinite
-/// for nodes without a level edge. `gradients`: #F, of triangle_gradients. Linear as level_line_lengths.
-std::vector<double> least_gradients(const SurfaceView& surface, const ComponentTree& tree,
-                                    std::span<const double> gradients);
+/// One closed loop of a node's border, as far as it is level edges.
+struct LevelLine {
+  std::int32_t node = -1;
+  double length = 0;          ///< in coordinate units
+  double least_gradient = 0;  ///< on the triangles just beyond its level edges, which the line crosses
+};
+
+/// Every loop with a level edge of every node, by ascending node, then smallest half-edge. Loops never cross: at a
+/// vertex where the node pinches they turn inside it, as borders do. `gradients`: #F, of triangle_gradients. Linear in
+/// the mesh and in the sum of all borders with the fans about them.
+std::vector<LevelLine> level_lines(const SurfaceView& surface, const ComponentTree& tree,
+                                   std::span<const double> gradients);
 
 /// The nodes whose level line is at least `least` long, ascending; roots only where marked in `open_root_of_node` (see
 /// open_roots). `fates` (#N), where given, tells why not of every other node. Digne et al. 2010, figure 7 b, c.

@@ -39,12 +39,13 @@ GradientShare::GradientShare(std::span<const double> gradients, std::span<const 
   });
   gradients_.resize(order.size());
   share_.resize(order.size());
-  double area = 0;
+  double length = 0;
   for (std::size_t i = order.size(); i-- > 0;) {
     gradients_[i] = gradients[static_cast<std::size_t>(order[i])];
-    share_[i] = area += areas[static_cast<std::size_t>(order[i])];
+    share_[i] = length += areas[static_cast<std::size_t>(order[i])] * gradients_[i];
   }
-  for (double& share : share_) share /= area;
+  if (length > 0)
+    for (double& share : share_) share /= length;
 }
 
 double GradientShare::at_least(double gradient) const {
@@ -52,15 +53,16 @@ double GradientShare::at_least(double gradient) const {
   return found == gradients_.end() ? 0 : share_[static_cast<std::size_t>(found - gradients_.begin())];
 }
 
-std::vector<double> log_false_alarms(std::span<const double> length_of_node, std::span<const double> gradient_of_node,
+std::vector<double> log_false_alarms(std::size_t num_nodes, std::span<const LevelLine> lines,
                                      const GradientShare& share, const ChanceParameters& parameters) {
   const double log_lines = std::log10(static_cast<double>(parameters.num_lines));
-  std::vector<double> log_alarms(length_of_node.size(), std::numeric_limits<double>::infinity());
-  for (std::size_t n = 0; n < log_alarms.size(); ++n) {
-    // Without a level line, or with nothing but triangles without area beyond it.
-    if (length_of_node[n] <= 0 || !std::isfinite(gradient_of_node[n])) continue;
-    log_alarms[n] =
-        log_lines + length_of_node[n] / parameters.independent * std::log10(share.at_least(gradient_of_node[n]));
+  std::vector<double> log_alarms(num_nodes, std::numeric_limits<double>::infinity());
+  for (const LevelLine& line : lines) {
+    // With nothing but triangles without area beyond it.
+    if (!std::isfinite(line.least_gradient)) continue;
+    double& of_node = log_alarms[static_cast<std::size_t>(line.node)];
+    of_node = std::min(
+        of_node, log_lines + line.length / parameters.independent * std::log10(share.at_least(line.least_gradient)));
   }
   return log_alarms;
 }

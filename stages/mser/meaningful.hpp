@@ -7,6 +7,7 @@
 
 #include "pipeline/artifacts/level_set_trees.hpp"
 #include "stages/common/surface.hpp"
+#include "stages/mser/level_lines.hpp"
 #include "stages/mser/node_fate.hpp"
 
 namespace meshmser {
@@ -16,7 +17,9 @@ namespace meshmser {
 std::vector<double> triangle_gradients(const SurfaceView& surface, std::span<const double> values,
                                        const Execution& execution = {});
 
-/// The share of a surface's area on which the gradient is at least so much.
+/// The share of the length of all level lines along which the gradient is at least so much: by the coarea formula lines
+/// of all levels together have the length of the integral of the gradient, so that steep places are met more often than
+/// their area says. (Counting area alone, white noise has lines everywhere that are steeper than "chance".)
 class GradientShare {
  public:
   /// `gradients`, `areas`: #F; triangles without a finite gradient do not count. Sorting.
@@ -31,15 +34,16 @@ class GradientShare {
 
 struct ChanceParameters {
   double independent = 0;      ///< distance along a line from which gradients count as independent, > 0
-  std::int64_t num_lines = 0;  ///< that could be mistaken: the nodes of all trees
+  std::int64_t num_lines = 0;  ///< that could be mistaken: the loops of all nodes of all trees
 };
 
-/// log10 of the number of false alarms of each node's level line (#N),
-///     num_lines x (share of the surface at least as steep as the line's flattest place) ^ (length / independent):
-/// so many lines as long and as steep are expected by chance. `length_of_node` of level_line_lengths,
-/// `gradient_of_node` of least_gradients. Infinite for nodes without a level line. O(N log F).
-/// Desolneux, Moisan, Morel, "Edge detection by Helmholtz principle", 2001, on a surface in place of an image.
-std::vector<double> log_false_alarms(std::span<const double> length_of_node, std::span<const double> gradient_of_node,
+/// log10 of the number of false alarms of each node (#N): that of the best of its lines,
+///     num_lines x (share of the lines at least as steep as the line's flattest place) ^ (length / independent);
+/// so many lines as long and as steep are expected by chance. A node's lines are tested one by one: many short lines
+/// are not a long one. Infinite for nodes without a level line. O(lines log F). Desolneux, Moisan, Morel, "Edge
+/// detection by Helmholtz principle", 2001, on a surface in place of an image; deviation: the share is of lines, not of
+/// area.
+std::vector<double> log_false_alarms(std::size_t num_nodes, std::span<const LevelLine> lines,
                                      const GradientShare& share, const ChanceParameters& parameters);
 
 /// The maximal meaningful nodes, ascending: of each monotone section of the tree (nodes joined by links to an only

@@ -13,6 +13,7 @@ namespace meshmser {
 struct MserParameters {
   Select select = Select::kMser;
   std::int32_t delta = 3;
+  std::optional<double> delta_value;
   Against against = Against::kChildren;
   std::optional<Length> min_length;
   std::optional<double> level;

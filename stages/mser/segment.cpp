@@ -125,11 +125,13 @@ void count_false_alarms(const SegmentInputs& inputs, std::span<const double> are
   const std::vector<double> gradients = triangle_gradients(inputs.surface, inputs.level_sets.values, execution);
   const GradientShare share(gradients, areas);
   ChanceParameters chance{independent, 0};
-  for (const ComponentTree& tree : trees) chance.num_lines += static_cast<std::int64_t>(tree.num_nodes());
+  std::vector<std::vector<LevelLine>> lines;
+  for (const ComponentTree& tree : trees) {
+    lines.push_back(level_lines(inputs.surface, tree, gradients));
+    chance.num_lines += static_cast<std::int64_t>(lines.back().size());
+  }
   for (std::size_t i = 0; i < trees.size(); ++i)
-    selections[i].log_false_alarms =
-        log_false_alarms(level_line_lengths(inputs.surface, trees[i]),
-                         least_gradients(inputs.surface, trees[i], gradients), share, chance);
+    selections[i].log_false_alarms = log_false_alarms(trees[i].num_nodes(), lines[i], share, chance);
 }
 
 std::vector<TreeSelection> select_in_trees(const SegmentInputs& inputs, const SegmentParameters& parameters,
@@ -141,7 +143,8 @@ std::vector<TreeSelection> select_in_trees(const SegmentInputs& inputs, const Se
   if (parameters.select == Select::kMeaningful)
     count_false_alarms(inputs, areas, parameters.independent, selections, execution);
   for (std::size_t i = 0; i < selections.size(); ++i) {
-    selections[i].changes = change_of_nodes(trees[i], parameters.delta);
+    selections[i].changes = parameters.delta_value > 0 ? change_of_nodes_by_value(trees[i], parameters.delta_value)
+                                                       : change_of_nodes(trees[i], parameters.delta);
     selections[i].maxima = find_maxima(trees[i]);
     selections[i].selected = select_nodes(inputs, trees[i], selections[i], parameters, fates_of_tree(fates, i));
   }
@@ -343,7 +346,8 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
   segmentation.filters = std::move(selection.filters);
   for (NodeFates& of_tree : fates) segmentation.fates.push_back({std::move(of_tree)});
   execution.report("describing regions", 2, 4);
-  segmentation.regions = describe_regions(surface, trees, selection.selections, regions, level_sets.values, areas);
+  segmentation.regions =
+      describe_regions(surface, trees, selection.selections, regions, level_sets.values, areas, execution);
   for (std::size_t r = 0; r < regions.size(); ++r)
     segmentation.regions[r].contrast =
         selection.contrasts[static_cast<std::size_t>(regions[r].tree)].of(regions[r].node);

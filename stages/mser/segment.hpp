@@ -26,6 +26,7 @@ enum class Merge : std::uint8_t { kNone, kSaliency, kTurning };
 struct SegmentParameters {
   Select select = Select::kMser;
   std::int32_t delta = 3;  ///< level steps
+  double delta_value = 0;  ///< > 0: in units of S, in place of level steps
   Against against = Against::kChildren;
 
   double min_length = 0;        ///< kLength: of a level line, in coordinate units

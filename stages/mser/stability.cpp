@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "pipeline/execution/error.hpp"
+#include "stages/common/maxima.hpp"
 
 namespace meshmser {
 namespace {
@@ -25,16 +26,15 @@ std::size_t first_at_least(const std::vector<std::int32_t>& values, std::int32_t
                                   values.begin());
 }
 
-}  // namespace
-
-std::vector<std::int64_t> change_of_nodes(const ComponentTree& tree, std::int32_t delta) {
-  if (delta < 1)
-    throw StageError("delta is " + std::to_string(delta) + " level steps; expected a whole number of at least 1");
+/// With `lower(m)` and `upper(m)` the levels below and above a middle level m between which change is measured; both
+/// rise with m.
+template <class Lower, class Upper>
+std::vector<std::int64_t> changes_between(const ComponentTree& tree, Lower lower, Upper upper) {
   const auto num_nodes = static_cast<std::int32_t>(tree.num_nodes());
   std::vector<std::int64_t> up(tree.num_nodes());
   // Down, as differences along the way to the root; they may wrap in between, so they are unsigned.
   std::vector<std::uint64_t> down(tree.num_nodes(), 0);
-  // The nodes from the root to the present one, with the levels hi and m + delta of each: both ascend.
+  // The nodes from the root to the present one, with the levels hi and upper(m) of each: both ascend.
   std::vector<std::int32_t> path, path_hi, path_target;
   for (std::int32_t node = num_nodes - 1; node >= 0; --node) {
     const auto n = static_cast<std::size_t>(node);
@@ -45,13 +45,11 @@ std::vector<std::int64_t> change_of_nodes(const ComponentTree& tree, std::int32_
     const std::int32_t hi = tree.hi_of_node[n];
     const std::int32_t below = path.empty() ? 0 : path_hi.back();
     const auto middle = static_cast<std::int32_t>((std::int64_t{below} + 1 + hi) / 2);
-    const std::int32_t target = delta > std::numeric_limits<std::int32_t>::max() - middle
-                                    ? std::numeric_limits<std::int32_t>::max()
-                                    : middle + delta;
+    const std::int32_t target = upper(middle);
     path.push_back(node);
     path_hi.push_back(hi);
     path_target.push_back(target);
-    up[n] = tree.area_of_node[static_cast<std::size_t>(path[first_at_least(path_hi, std::max(1, middle - delta))])];
+    up[n] = tree.area_of_node[static_cast<std::size_t>(path[first_at_least(path_hi, lower(middle))])];
     // This node is what is left of every ancestor (or itself) that asks for a level in below + 1 .. hi.
     const std::size_t begin = first_at_least(path_target, below + 1);
     const std::size_t end = first_at_least(path_target, hi + 1);
@@ -67,6 +65,32 @@ std::vector<std::int64_t> change_of_nodes(const ComponentTree& tree, std::int32_
     up[n] -= static_cast<std::int64_t>(down[n]);
   }
   return up;
+}
+
+}  // namespace
+
+std::vector<std::int64_t> change_of_nodes(const ComponentTree& tree, std::int32_t delta) {
+  if (delta < 1)
+    throw StageError("delta is " + std::to_string(delta) + " level steps; expected a whole number of at least 1");
+  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+  return changes_between(
+      tree, [&](std::int32_t middle) { return std::max(1, middle - delta); },
+      [&](std::int32_t middle) { return delta > kMost - middle ? kMost : middle + delta; });
+}
+
+std::vector<std::int64_t> change_of_nodes_by_value(const ComponentTree& tree, double delta) {
+  if (!(delta > 0)) throw StageError("delta is " + std::to_string(delta) + "; expected more than 0");
+  const std::vector<double> levels = finite_levels(tree.levels);
+  std::vector<std::int32_t> lower, upper;
+  for (const double level : levels) {
+    lower.push_back(std::max(
+        1, static_cast<std::int32_t>(std::upper_bound(levels.begin(), levels.end(), level - delta) - levels.begin())));
+    upper.push_back(
+        1 + static_cast<std::int32_t>(std::lower_bound(levels.begin(), levels.end(), level + delta) - levels.begin()));
+  }
+  return changes_between(
+      tree, [&](std::int32_t middle) { return lower[static_cast<std::size_t>(middle) - 1]; },
+      [&](std::int32_t middle) { return upper[static_cast<std::size_t>(middle) - 1]; });
 }
 
 std::strong_ordering compare_stability(std::int64_t change_a, std::int64_t area_a, std::int64_t change_b,

@@ -148,6 +148,7 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
   SegmentParameters p;
   p.select = given.select;
   p.delta = given.delta;
+  p.delta_value = given.delta_value.value_or(0);
   p.against = given.against;
   p.min_length = given.min_length.value_or(Length{}).resolve(scale);
   p.level = given.level.value_or(0);
@@ -182,7 +183,7 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
 
 struct MserStage {
   static constexpr StageInfo info{
-      "mser", 3, "Selects the stable regions of the level sets and labels the triangles [Digne et al. 2010]."};
+      "mser", 4, "Selects the stable regions of the level sets and labels the triangles [Digne et al. 2010]."};
   using Parameters = MserParameters;
 
   static void declare(StageSchema& s) {
@@ -198,6 +199,9 @@ struct MserStage {
                 "steeper than chance allows "
                 "(meaningful).");
     s.parameter("delta", &P::delta, range(1, 1e6), "levels", "Level steps up and down over which change is measured.");
+    s.parameter("delta_value", &P::delta_value, more_than(0), "scalar",
+                "Change is measured over so much of the scalar up and down, in place of delta; the same value of "
+                "tree.delta_value lays levels there.");
     s.parameter("against", &P::against,
                 "Whether a region must change less than all its children in the tree, or than the largest only.");
     s.parameter("min_length", &P::min_length, more_than(0), "", "Of a level line, for select: length.");

@@ -149,6 +149,17 @@ std::string words(const ExplainedNode& node, const RegionSelection& selection, c
   return fmt::format("removed by {}: {}", filter, detail);
 }
 
+/// What became of the triangle after the regions were found.
+std::string label_words(const Segmentation& segmentation, std::int32_t region, std::int32_t label) {
+  if (label <= 0)
+    return region > 0 ? "background: its patch is the whole surface around it, or was joined to the background"
+                      : "background";
+  const std::int32_t from = segmentation.region_of_label[static_cast<std::size_t>(label)];
+  if (from == region) return fmt::format("label {}", label);
+  return fmt::format("label {} of region {}, {}", label, from,
+                     region > 0 ? "which its own patch was joined to" : "which flooded it or closed over it");
+}
+
 void print_path(const LevelSetTrees& trees, const RegionSelection& selection, const std::vector<NodeFates>& fates,
                 std::size_t tree_index, std::int32_t triangle, const SegmentParameters& parameters) {
   const ComponentTree& tree = trees.trees[tree_index];
@@ -161,11 +172,18 @@ void print_path(const LevelSetTrees& trees, const RegionSelection& selection, co
   }
   fmt::print("{:>10}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}  {}\n", "node", "levels", upper ? "S from" : "S to", "area",
              "q", "persistence", "fate");
-  for (const ExplainedNode& node : path)
-    fmt::print("{:>10}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}  {}\n", node.node,
-               node.lo == node.hi ? fmt::format("{}", node.lo) : fmt::format("{}-{}", node.lo, node.hi),
-               number(node.value), number(node.area), number(node.stability), number(node.persistence),
-               words(node, selection, selection.selections[tree_index], tree, parameters));
+  const auto print_nodes = [&](const std::vector<ExplainedNode>& nodes) {
+    for (const ExplainedNode& node : nodes)
+      fmt::print("{:>10}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}  {}\n", node.node,
+                 node.lo == node.hi ? fmt::format("{}", node.lo) : fmt::format("{}-{}", node.lo, node.hi),
+                 number(node.value), number(node.area), number(node.stability), number(node.persistence),
+                 words(node, selection, selection.selections[tree_index], tree, parameters));
+  };
+  print_nodes(path);
+  const std::vector<ExplainedNode> rivals = explain_rivals(trees, selection, fates, tree_index, path);
+  if (rivals.empty()) return;
+  fmt::print("  and of the nodes named that do not hold it:\n");
+  print_nodes(rivals);
 }
 
 int run_why(const CommandArguments& arguments, CommandHost& host) {
@@ -196,9 +214,7 @@ int run_why(const CommandArguments& arguments, CommandHost& host) {
              trees->unit.empty() ? "" : " " + trees->unit);
   const std::int32_t region = segmentation->region_of_triangle.at(t), label = segmentation->label_of_triangle.at(t);
   fmt::print("  {}; {}\n", region > 0 ? fmt::format("region {}", region) : "in no region",
-             label > 0 ? fmt::format("label {} (of region {})", label,
-                                     segmentation->region_of_label[static_cast<std::size_t>(label)])
-                       : "background");
+             label_words(*segmentation, region, label));
   if (!trees->excluded_of_triangle.empty() && trees->excluded_of_triangle[t] != 0) {
     fmt::print("  excluded by the tree stage (near a rim, or without a value): it is in no tree\n");
     return static_cast<int>(ExitCode::kOk);

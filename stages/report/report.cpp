@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "pipeline/formats/output_file.hpp"
 #include "pipeline/formats/stored_artifact.hpp"
@@ -69,20 +70,30 @@ const char* name_of(NodeFate::Kind kind) {
   return "other";
 }
 
-/// A region's fields under the names of regions.csv; positions with the mesh's origin.
+/// A region's fields under the names of regions.csv; places with the mesh's origin.
 Json region_row(const Region& region, const Eigen::Vector3d& origin) {
+  struct Named {
+    const char *field, *column;
+    bool place;  ///< of a vector: the origin is added
+  };
+  constexpr Named kOtherNames[] = {
+      {"low_level", "level", false}, {"num_triangles", "triangles", false}, {"level_length", "border_length", false},
+      {"centroid", "", true},        {"mean_normal", "n", false},           {"box_min", "min_", true},
+      {"box_max", "max_", true},     {"sphere_centre", "sphere_", true},    {"cylinder_point", "cylinder_", true}};
   Json row = Json::object();
-  Region::visit(region, [&]<class Value>(std::string name, const Value& value) {
-    if (name == "low_level") name = "level";
-    if (name == "num_triangles") name = "triangles";
-    if constexpr (std::is_same_v<Value, Polarity>) {
+  Region::visit(region, [&]<class Value>(const char* field, const Value& value) {
+    constexpr bool kVector = std::is_same_v<Value, Eigen::Vector3d>;
+    Named named{field, nullptr, false};
+    for (const Named& other : kOtherNames)
+      if (named.column == nullptr && std::string_view(other.field) == field) named = other;
+    const std::string name = named.column != nullptr ? named.column : std::string(field) + (kVector ? "_" : "");
+    if constexpr (std::is_enum_v<Value>) {
       row[name] = name_of(value);
     } else if constexpr (std::is_same_v<Value, double>) {
       row[name] = number(value);
-    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
-      const bool centroid = name == "centroid", normal = name == "mean_normal";
-      const std::string before = centroid ? "" : normal ? "n" : name + "_";
-      for (Eigen::Index k = 0; k < 3; ++k) row[before + "xyz"[k]] = number(value[k] + (centroid ? origin[k] : 0));
+    } else if constexpr (kVector) {
+      const char* axes = std::string_view(field) == "spread" ? "123" : "xyz";
+      for (Eigen::Index k = 0; k < 3; ++k) row[name + axes[k]] = number(value[k] + (named.place ? origin[k] : 0));
     } else {
       row[name] = value;
     }
@@ -342,24 +353,10 @@ class Page {
     header_["filters"] = Json::array();
     for (const FilterCount& f : s.filters)
       header_["filters"].push_back({{"filter", f.filter}, {"seen", f.seen}, {"removed", f.removed}});
-    std::vector<double> level_length(s.regions.size() + 1, 0), hole_length(level_length);
-    if (c_.borders != nullptr)
-      for (std::size_t l = 0; l < c_.borders->regions.num_loops(); ++l) {
-        const auto owner = static_cast<std::size_t>(c_.borders->regions.owner_of_loop[l]);
-        level_length[owner] += c_.borders->regions.level_length_of_loop[l];
-        hole_length[owner] += c_.borders->regions.hole_length_of_loop[l];
-      }
     header_["regions"] = Json::array();
     for (std::size_t i = 0; i < s.regions.size(); ++i) {
       Json row{{"label", i + 1}};
-      const Json fields = region_row(s.regions[i], c_.mesh->origin);
-      for (const auto& [name, value] : fields.items()) {
-        row[name] = value;
-        if (name == "contrast" && c_.borders != nullptr) {
-          row["border_length"] = level_length[i + 1];
-          row["hole_length"] = hole_length[i + 1];
-        }
-      }
+      row.update(region_row(s.regions[i], c_.mesh->origin));
       header_["regions"].push_back(std::move(row));
     }
   }

@@ -11,7 +11,7 @@ struct ReportParameters {
 };
 
 struct ReportStage {
-  static constexpr StageInfo info{"report", 7, "Writes report.html: one page, opened from disk, that shows the run."};
+  static constexpr StageInfo info{"report", 8, "Writes report.html: one page, opened from disk, that shows the run."};
   using Parameters = ReportParameters;
 
   static void declare(StageSchema& schema) {

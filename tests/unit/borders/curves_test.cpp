@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -161,6 +163,48 @@ TEST(SmoothCurves, StaysWithinItsToleranceAndGetsShorter) {
       EXPECT_LT(length(smooth), length(c.curves) - 0.1);
     } else {
       EXPECT_EQ(smooth.points, c.curves.points);
+    }
+  }
+}
+
+double distance_to_curve(const Eigen::Vector3d& p, const BorderCurves& curves, std::size_t curve) {
+  const auto begin = static_cast<std::size_t>(curves.first_point_of_curve[curve]);
+  const auto end = static_cast<std::size_t>(curves.first_point_of_curve[curve + 1]);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = begin; i < end; ++i) {
+    const Eigen::Vector3d a = curves.points[i], along = curves.points[i + 1 < end ? i + 1 : begin] - a;
+    const double length2 = along.squaredNorm();
+    const double at = length2 > 0 ? std::clamp((p - a).dot(along) / length2, 0.0, 1.0) : 0;
+    least = std::min(least, (p - a - at * along).norm());
+  }
+  return least;
+}
+
+// Not points alone: wherever one stands on the smooth curve, the exact level line is within the tolerance, and the
+// other way round. And where the exact line lies inside triangles, the scalar has the level's value on it.
+TEST(SmoothCurves, EveryPlaceIsWithinTheToleranceOfTheExactLine) {
+  for (std::uint32_t seed = 0; seed < 150; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RandomMesh mesh = testing::random_mesh(seed);
+    Case c;
+    build(mesh.positions, mesh.triangles, mesh.values, {-2.5, 0.5, 2.25},
+          seed % 2 == 0 ? Polarity::kUpper : Polarity::kLower, c);
+    for (const double tolerance : {0.02, 0.3}) {
+      const BorderCurves smooth = smooth_curves(c.curves, tolerance);
+      ASSERT_EQ(smooth.first_point_of_curve, c.curves.first_point_of_curve) << "as many closed curves";
+      ASSERT_EQ(smooth.kinds, c.curves.kinds);
+      for (std::size_t l = 0; l + 1 < smooth.first_point_of_curve.size(); ++l) {
+        const auto begin = static_cast<std::size_t>(smooth.first_point_of_curve[l]);
+        const auto end = static_cast<std::size_t>(smooth.first_point_of_curve[l + 1]);
+        for (std::size_t i = begin; i < end; ++i)
+          for (const double part : {0.0, 0.2, 0.5, 0.9}) {
+            const auto place = [&](const BorderCurves& on) -> Eigen::Vector3d {
+              return (1 - part) * on.points[i] + part * on.points[i + 1 < end ? i + 1 : begin];
+            };
+            ASSERT_LE(distance_to_curve(place(smooth), c.curves, l), tolerance * (1 + 1e-9));
+            ASSERT_LE(distance_to_curve(place(c.curves), smooth, l), tolerance * (1 + 1e-9));
+          }
+      }
     }
   }
 }

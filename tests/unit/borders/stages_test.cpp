@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -130,6 +132,110 @@ TEST_F(TreeMserBorders, UnknownScalarNamesWhatThereIs) {
     FAIL();
   } catch (const StageError& error) {
     EXPECT_STREQ(error.what(), "there is no scalar 'qualiti'; there is only quality");
+  }
+}
+
+ConfigValue list(const std::vector<std::string>& items) {
+  ConfigValue value;
+  value.kind = ConfigValue::Kind::kList;
+  for (const std::string& item : items) value.items.push_back(scalar(item));
+  return value;
+}
+
+// Every way to lay levels that a configuration can ask for.
+TEST_F(TreeMserBorders, LevelsAreLaidAsAskedFor) {
+  const auto levels_with = [&](Settings settings) {
+    settings.emplace_back("scalar", scalar("quality"));
+    Inputs inputs;
+    inputs.add({"mesh", "load", Artifact(std::make_shared<const TriangleMesh>(mesh_))});
+    const auto trees = output<LevelSetTrees>(run("tree", settings, inputs, context_));
+    EXPECT_EQ(trees->trees.size(), 2u);
+    return trees->trees.at(0).levels;
+  };
+  const auto near = [](const std::vector<double>& expected) {
+    return ::testing::Pointwise(::testing::DoubleNear(1e-9), expected);
+  };
+  const double below_all = -std::numeric_limits<double>::infinity();
+  std::vector<double> values = mesh_.properties[0].values;
+  std::sort(values.begin(), values.end());
+  const auto quantile = [&](double share) {
+    const double place = share * static_cast<double>(values.size() - 1);
+    const auto low = static_cast<std::size_t>(place);
+    return std::lerp(values[low], values[std::min(low + 1, values.size() - 1)], place - static_cast<double>(low));
+  };
+
+  const std::vector<double> by_count = levels_with({{"levels", scalar("5")}});
+  const double low = quantile(0.02), high = quantile(0.98);
+  EXPECT_THAT(by_count, near({below_all, low + (high - low) / 4, (low + high) / 2, high - (high - low) / 4, high}));
+  EXPECT_THAT(levels_with({{"levels", scalar("3")}, {"range", list({"10 %", "90 %"})}}),
+              near({below_all, (quantile(0.1) + quantile(0.9)) / 2, quantile(0.9)}));
+  EXPECT_THAT(levels_with({{"levels", scalar("3")}, {"value_range", list({"-1", "0.5"})}}),
+              near({below_all, -0.25, 0.5}));
+  EXPECT_THAT(
+      levels_with(
+          {{"level_rule", scalar("step")}, {"level_step", scalar("0.5")}, {"value_range", list({"-1", "0.2"})}}),
+      near({below_all, -1, -0.5, 0}));
+  EXPECT_THAT(levels_with({{"level_rule", scalar("list")}, {"level_list", list({"0.5", "-0.5", "1"})}}),
+              near({-0.5, 0.5, 1}));
+  EXPECT_THAT(
+      levels_with(
+          {{"level_rule", scalar("list")}, {"level_list", list({"-0.5", "0.5"})}, {"delta_value", scalar("0.25")}}),
+      near({-0.75, -0.5, -0.25, 0.25, 0.5, 0.75}));
+  EXPECT_EQ(levels_with({{"level_rule", scalar("noise")}, {"levels", scalar("32")}, {"noise", scalar("0.01")}}).size(),
+            32u);
+
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  const std::vector<double> every_value = levels_with({{"level_rule", scalar("every_value")}});
+  EXPECT_EQ(every_value, values);
+
+  // Equal shares of area: every vertex inside stands for one square, those at the rim for less.
+  const std::vector<double> by_area =
+      levels_with({{"level_rule", scalar("equal_area")}, {"levels", scalar("5")}, {"range", list({"0 %", "100 %"})}});
+  ASSERT_EQ(by_area.size(), 5u);
+  const auto area_at_least = [&](double level) {
+    double area = 0;
+    for (std::size_t v = 0; v < mesh_.num_vertices(); ++v) {
+      const auto side = [](double x) { return x == 0 || x == 40 ? 0.5 : 1; };
+      if (mesh_.properties[0].values[v] >= level) area += side(mesh_.positions[v].x()) * side(mesh_.positions[v].y());
+    }
+    return area;
+  };
+  for (int k = 1; k <= 3; ++k) EXPECT_NEAR(area_at_least(by_area[static_cast<std::size_t>(k)]), 400 * (4 - k), 60) << k;
+}
+
+// Delta in units of the scalar through both stages: with equal steps it is the delta of as many steps.
+TEST_F(TreeMserBorders, DeltaInUnitsOfTheScalarIsDeltaInSteps) {
+  const auto segmentation_with = [&](const Settings& tree_settings, const Settings& mser_settings) {
+    Inputs inputs;
+    inputs.add({"mesh", "load", Artifact(std::make_shared<const TriangleMesh>(mesh_))});
+    inputs.add({"trees", "tree", Artifact(output<LevelSetTrees>(run("tree", tree_settings, inputs, context_)))});
+    return output<Segmentation>(run("mser", mser_settings, inputs, context_));
+  };
+  const Settings eighths = {{"scalar", scalar("quality")},
+                            {"level_rule", scalar("list")},
+                            {"level_list", list({"-0.75", "-0.5", "-0.25", "0", "0.25", "0.5", "0.75"})}};
+  const Settings fine = {{"min_area", scalar("0 spacing2")}, {"min_diversity", scalar("0")}};
+  Settings steps = fine, value = fine;
+  steps.emplace_back("delta", scalar("2"));
+  value.emplace_back("delta_value", scalar("0.5"));
+  const auto by_steps = segmentation_with(eighths, steps), by_value = segmentation_with(eighths, value);
+  ASSERT_GE(by_steps->regions.size(), 2u);
+  ASSERT_EQ(by_steps->regions.size(), by_value->regions.size());
+  for (std::size_t r = 0; r < by_steps->regions.size(); ++r) {
+    EXPECT_EQ(by_steps->regions[r].node, by_value->regions[r].node);
+    EXPECT_EQ(by_steps->regions[r].stability, by_value->regions[r].stability);
+  }
+  EXPECT_EQ(by_steps->region_of_triangle, by_value->region_of_triangle);
+
+  // Two levels alone tell nothing of the change around them; the levels that delta inserts do.
+  Settings two = {{"scalar", scalar("quality")}, {"level_rule", scalar("list")}, {"level_list", list({"-0.5", "0.5"})}};
+  two.emplace_back("delta_value", scalar("0.25"));
+  value.back().second = scalar("0.25");
+  const auto inserted = segmentation_with(two, value);
+  ASSERT_GE(inserted->regions.size(), 2u);
+  for (const Region& region : inserted->regions) {
+    EXPECT_GT(region.stability, 0);
+    EXPECT_LT(region.stability, 2);
   }
 }
 

@@ -214,22 +214,37 @@ TEST(ExportFiles, TablesHaveARowEach) {
   region.area = 1.5;
   region.stability = std::numeric_limits<double>::infinity();
   region.centroid = {1, 2, 3};
+  region.level_length = 3;
+  region.hole_length = 0.5;
+  region.depth = 2;
+  region.euler = -1;
+  region.flatness = 0.25;
+  region.box_min = {-1, -1, -1};
+  region.box_max = {2, 1, 1};
+  region.spread = {3, 2, 1};
+  region.axis_1 = {1, 0, 0};
+  region.axis_2 = {0, 1, 0};
+  region.axis_3 = {0, 0, 1};
+  region.best_fit = FittedShape::kSphere;
+  region.plane_residual = 0.5;
+  region.sphere_residual = 0.25;
+  region.sphere_radius = -4;
+  region.sphere_centre = {0, 0, 9};
   segmentation.regions = {region};
   segmentation.label_of_triangle = {0, 1, 1, 0};
   segmentation.region_of_label = {0, 1};
   segmentation.area_of_label = {2.5, 1.5};
-  BorderSet borders;
-  borders.regions.owner_of_loop = {1, 1};
-  borders.regions.first_edge_of_loop = {0, 0, 0};
-  borders.regions.level_length_of_loop = {1, 2};
-  borders.regions.hole_length_of_loop = {0.5, 0};
-  write_regions_csv(folder.path() / "regions.csv", segmentation, &borders, {10, 0, 0});
+  write_regions_csv(folder.path() / "regions.csv", segmentation, {10, 0, 0});
   const std::vector<std::string> rows = lines_of(folder.path() / "regions.csv");
   ASSERT_EQ(rows.size(), 2u);
-  EXPECT_EQ(rows[1], "1,lower,1,-1,2,3,-0.1,2,1.5,inf,0,0,3,0.5,0,0,0,0,11,2,3,0,0,0");
+  EXPECT_EQ(rows[1],
+            "1,lower,1,-1,2,3,-0.1,2,1.5,inf,0,0,3,0.5,0,0,0,0,11,2,3,0,0,0,2,-1,0.25,9,-1,-1,12,1,1,3,2,1,1,0,0,0,1,0,"
+            "0,0,1,sphere,0.5,0.25,-4,10,0,9,nan,nan,nan,nan,nan,nan,nan,nan");
   EXPECT_EQ(std::count(rows[0].begin(), rows[0].end(), ','), std::count(rows[1].begin(), rows[1].end(), ','));
-  write_regions_csv(folder.path() / "alone.csv", segmentation, nullptr, {10, 0, 0});
-  EXPECT_EQ(lines_of(folder.path() / "alone.csv")[1], "1,lower,1,-1,2,3,-0.1,2,1.5,inf,0,0,,,0,0,0,0,11,2,3,0,0,0");
+  // Every column stands in the page of the stage.
+  std::ifstream page(std::string(MESHMSER_SOURCE_DIR) + "/stages/export/README.md");
+  const std::string text((std::istreambuf_iterator<char>(page)), {});
+  EXPECT_NE(text.find("`" + rows[0] + "`"), std::string::npos) << rows[0];
   write_labels_csv(folder.path() / "labels.csv", segmentation);
   EXPECT_THAT(lines_of(folder.path() / "labels.csv"),
               ::testing::ElementsAre("label,region,triangles,area", "1,1,2,1.5"));

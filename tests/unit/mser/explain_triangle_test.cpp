@@ -150,6 +150,43 @@ TEST(ExplainTriangle, WalksFromItsOwnNodeToTheRoot) {
   EXPECT_TRUE(std::isinf(path[2].value));
 }
 
+// Whatever a story names, it tells of: each rival of each node told is on the path or among the rivals, once.
+TEST(ExplainRivals, EveryStoryIsTold) {
+  const HeightField field = make_height_field(40, 30);
+  std::size_t beside_the_path = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed)
+    for (const Select select : {Select::kMser, Select::kStableBranch, Select::kMeaningful}) {
+      const LevelSetTrees trees = rough(field, seed);
+      SegmentParameters parameters;
+      parameters.select = select;
+      parameters.delta = 1;
+      parameters.min_persistence = 1;
+      parameters.independent = 2;
+      parameters.nested = Nested::kMostStable;
+      parameters.keep_largest = 3;
+      const Explained result = explain(field, trees, parameters);
+      for (std::int32_t t = 0; t < static_cast<std::int32_t>(field.triangles.size()); t += 37) {
+        const auto path = explain_triangle(trees, result.selection, result.fates, 0, t);
+        const auto rivals = explain_rivals(trees, result.selection, result.fates, 0, path);
+        std::set<std::int32_t> on_path, told;
+        for (const ExplainedNode& of : path) on_path.insert(of.node);
+        told = on_path;
+        for (const ExplainedNode& of : rivals) {
+          EXPECT_TRUE(told.insert(of.node).second) << "told twice";
+          EXPECT_FALSE(holds(trees.trees[0], of.node, path[0].node)) << "it holds the triangle";
+          EXPECT_EQ(of.region > 0, of.fate.kind == Kind::kRegion);
+        }
+        for (const auto* list : {&path, &rivals})
+          for (const ExplainedNode& of : *list)
+            if (of.fate.rival >= 0) {
+              EXPECT_EQ(told.count(of.fate.rival), 1U);
+            }
+        beside_the_path += rivals.size();
+      }
+    }
+  EXPECT_GT(beside_the_path, 10U);
+}
+
 TEST(ClosestTriangle, AgreesWithDenseSampling) {
   const HeightField field = make_height_field(3, 3, [](double x, double y) { return std::sin(2 * x + y); });
   std::mt19937 random(7);

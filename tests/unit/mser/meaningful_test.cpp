@@ -15,6 +15,7 @@
 #include "stages/mser/segment.hpp"
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/levels.hpp"
+#include "tests/support/oracle.hpp"
 #include "tests/unit/mser/hand_made_tree.hpp"
 #include "tests/unit/mser/height_field.hpp"
 
@@ -44,8 +45,8 @@ bool holds(const ComponentTree& tree, std::int32_t outer, std::int32_t inner) {
   return inner == outer;
 }
 
-// From the sets of triangles alone: the edges between a node's triangles and others, the flattest triangle beyond them,
-// the share of area as steep, and of each chain without branches the line of fewest false alarms.
+// From the sets of triangles alone: the loops between a node's triangles and others, the flattest triangle beyond each,
+// the share of all lines as steep, and of each chain without branches the node of fewest false alarms.
 TEST(Meaningful, AgreesWithTheDefinition) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
@@ -74,39 +75,66 @@ TEST(Meaningful, AgreesWithTheDefinition) {
     for (std::size_t t = 0; t < num_triangles; ++t) EXPECT_NEAR(computed[t], gradients[t], 1e-12);
     gradients = computed;
 
+    oracle::Surface surface;
+    surface.num_levels = static_cast<int>(tree.levels.size());
+    for (std::size_t t = 0; t < num_triangles; ++t) {
+      const auto& c = field.triangles[t];
+      surface.corners.push_back({c[0], c[1], c[2]});
+      surface.cut_out.push_back(false);
+      surface.level.push_back(tree.hi_of_node[static_cast<std::size_t>(tree.node_of_triangle[t])]);
+      surface.area.push_back(1);
+    }
+    const auto at = [&](int triangle, int corner) {
+      return field.positions[static_cast<std::size_t>(
+          field.triangles[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(corner % 3)])];
+    };
     const double independent = 2.5;
-    std::vector<double> lengths, least, log_alarms;
+    std::vector<LevelLine> expected_lines;
+    std::vector<double> log_alarms(tree.num_nodes(), kInfinity);
     for (std::int32_t node = 0; node < num_nodes; ++node) {
-      const auto inside = [&](std::size_t t) { return holds(tree, node, tree.node_of_triangle[t]); };
-      double length = 0, flattest = kInfinity;
+      oracle::Triangles members;
       for (std::size_t t = 0; t < num_triangles; ++t)
-        for (std::size_t u = 0; u < num_triangles; ++u) {
-          if (!inside(t) || inside(u)) continue;
-          std::vector<std::int32_t> common;
-          for (const std::int32_t v : field.triangles[t])
-            if (std::count(field.triangles[u].begin(), field.triangles[u].end(), v) > 0) common.push_back(v);
-          if (common.size() != 2) continue;
-          length += (field.positions[static_cast<std::size_t>(common[0])] -
-                     field.positions[static_cast<std::size_t>(common[1])])
-                        .norm();
-          flattest = std::min(flattest, gradients[u]);
-        }
+        if (holds(tree, node, tree.node_of_triangle[t])) members.insert(static_cast<int>(t));
+      for (const std::vector<int>& loop : oracle::border_loops(surface, members).loops) {
+        LevelLine line{node, 0, kInfinity};
+        for (const int h : loop)
+          for (std::size_t u = 0; u < num_triangles; ++u) {
+            if (members.count(static_cast<int>(u)) > 0) continue;
+            const auto& from = field.triangles[static_cast<std::size_t>(h / 3)];
+            const auto& beyond = field.triangles[u];
+            const std::int32_t a = from[static_cast<std::size_t>(h % 3)],
+                               b = from[static_cast<std::size_t>((h + 1) % 3)];
+            if (std::count(beyond.begin(), beyond.end(), a) == 0 || std::count(beyond.begin(), beyond.end(), b) == 0)
+              continue;
+            line.length += (at(h / 3, h % 3) - at(h / 3, h % 3 + 1)).norm();
+            line.least_gradient = std::min(line.least_gradient, gradients[u]);
+          }
+        expected_lines.push_back(line);
+      }
+    }
+    for (const LevelLine& line : expected_lines) {
       double steep = 0, all = 0;
       for (std::size_t t = 0; t < num_triangles; ++t) {
-        all += field.areas[t];
-        if (gradients[t] >= flattest) steep += field.areas[t];
+        all += field.areas[t] * gradients[t];
+        if (gradients[t] >= line.least_gradient) steep += field.areas[t] * gradients[t];
       }
-      lengths.push_back(length);
-      least.push_back(flattest);
-      log_alarms.push_back(length > 0 ? std::log10(num_nodes) + length / independent * std::log10(steep / all)
-                                      : kInfinity);
+      double& of_node = log_alarms[static_cast<std::size_t>(line.node)];
+      of_node =
+          std::min(of_node, std::log10(expected_lines.size()) + line.length / independent * std::log10(steep / all));
     }
-    EXPECT_THAT(level_line_lengths(field.view(), tree), testing::Pointwise(testing::DoubleNear(1e-9), lengths));
-    EXPECT_EQ(least_gradients(field.view(), tree, gradients), least);
+    const std::vector<LevelLine> lines = level_lines(field.view(), tree, gradients);
+    ASSERT_EQ(lines.size(), expected_lines.size());
+    std::vector<double> total(tree.num_nodes(), 0);
+    for (std::size_t l = 0; l < lines.size(); ++l) {
+      EXPECT_EQ(lines[l].node, expected_lines[l].node);
+      EXPECT_NEAR(lines[l].length, expected_lines[l].length, 1e-9);
+      EXPECT_EQ(lines[l].least_gradient, expected_lines[l].least_gradient);
+      total[static_cast<std::size_t>(lines[l].node)] += lines[l].length;
+    }
+    EXPECT_THAT(level_line_lengths(field.view(), tree), testing::Pointwise(testing::DoubleNear(1e-9), total));
     const GradientShare share(gradients, field.areas);
     const std::vector<double> logs =
-        log_false_alarms(level_line_lengths(field.view(), tree), least_gradients(field.view(), tree, gradients), share,
-                         {independent, num_nodes});
+        log_false_alarms(tree.num_nodes(), lines, share, {independent, static_cast<std::int64_t>(lines.size())});
     for (std::size_t n = 0; n < logs.size(); ++n)
       if (std::isinf(log_alarms[n])) {
         EXPECT_EQ(logs[n], kInfinity);
@@ -151,13 +179,13 @@ TEST(SelectMeaningful, TakesTheBestOfEachSectionAndTellsWhy) {
   EXPECT_THAT(select_meaningful(tree, logs, 1), ElementsAre(2, 3));
 }
 
-/// Noise of deviation 1 / 4 or so, smooth over two squares.
-std::vector<double> smooth_noise(std::int32_t size, unsigned seed) {
+/// White noise of deviation 1, averaged over neighbours so many times.
+std::vector<double> noise_on(std::int32_t size, unsigned seed, int rounds) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 1);
   std::vector<double> values(static_cast<std::size_t>((size + 1) * (size + 1)));
   for (double& value : values) value = noise(random);
-  for (int step = 0; step < 2; ++step) {
+  for (int round = 0; round < rounds; ++round) {
     const std::vector<double> before = values;
     for (std::int32_t j = 0; j <= size; ++j)
       for (std::int32_t i = 0; i <= size; ++i) {
@@ -172,6 +200,42 @@ std::vector<double> smooth_noise(std::int32_t size, unsigned seed) {
   return values;
 }
 
+/// Levels over the range of the values, as the tree stage lays them.
+LevelSetTrees both_trees_of(const HeightField& field, std::vector<double> values) {
+  LevelSetTrees trees;
+  trees.values = std::move(values);
+  for (const Polarity polarity : {Polarity::kUpper, Polarity::kLower}) {
+    const bool lower = polarity == Polarity::kLower;
+    const std::vector<double> levels = make_levels(trees.values, {}, {}, lower);
+    const auto of_vertex = levels_of_vertices(trees.values, levels, lower ? -1 : 1);
+    trees.trees.push_back(build_component_tree(field.twins, field.areas,
+                                               levels_of_triangles(field.triangles, of_vertex, {}),
+                                               static_cast<std::int32_t>(levels.size())));
+    trees.trees.back().polarity = polarity;
+    trees.trees.back().levels = levels;
+  }
+  return trees;
+}
+
+// What the number of false alarms promises, of noise as it comes and of smooth noise: fewer lines than that on average.
+TEST(Segment, NoiseHasFewerMeaningfulLinesThanFalseAlarms) {
+  const HeightField field = make_height_field(80, 80);
+  for (const int rounds : {0, 1, 2, 4})
+    for (const double false_alarms : {1.0, 10.0}) {
+      SegmentParameters parameters;
+      parameters.select = Select::kMeaningful;
+      parameters.max_false_alarms = false_alarms;
+      parameters.independent = 2.0 * std::max(2, rounds + 1);
+      parameters.band = 1;
+      constexpr unsigned kSeeds = 10;
+      std::size_t lines = 0;
+      for (unsigned seed = 1; seed <= kSeeds; ++seed)
+        lines += segment({field.view(), both_trees_of(field, noise_on(80, seed, rounds)), {}, {}, {}}, parameters)
+                     .regions.size();
+      EXPECT_LT(static_cast<double>(lines) / kSeeds, false_alarms) << rounds << " rounds";
+    }
+}
+
 // What the number of false alarms promises: noise gives hardly a line, a step in the same noise gives its outline.
 TEST(Segment, MeaningfulLinesAreNotNoise) {
   const HeightField field = make_height_field(80, 80);
@@ -181,7 +245,7 @@ TEST(Segment, MeaningfulLinesAreNotNoise) {
   std::size_t by_chance = 0;
   std::ptrdiff_t others = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    std::vector<double> values = smooth_noise(80, seed);
+    std::vector<double> values = noise_on(80, seed, 2);
     by_chance += segment({field.view(), upper_tree_of(field, values, 0.05, 60), {}, {}, {}}, parameters).regions.size();
     for (std::size_t v = 0; v < values.size(); ++v)
       if ((field.positions[v] - Eigen::Vector3d(40, 40, 0)).norm() < 20) values[v] += 2;

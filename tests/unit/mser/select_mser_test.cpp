@@ -36,6 +36,20 @@ TEST(ChangeOfNodes, AddsUpAllDescendantsThatAreLeft) {
   EXPECT_THAT(change_of_nodes(tree, 2), ElementsAre(7 - 0, 7 - 0, 15 - 3, 15 - 7));
 }
 
+TEST(ChangeOfNodes, ByValueTakesTheLevelsAtLeastThatFar) {
+  // Levels -infinity (counted as 0), 1, 2, 3: areas 1, 3, 7, 15 from the leaf to the root.
+  ComponentTree tree = make_tree({{1, 4, 1}, {2, 3, 2}, {3, 2, 4}, {-1, 1, 8}}, 4);
+  EXPECT_EQ(change_of_nodes_by_value(tree, 1), change_of_nodes(tree, 1));
+  EXPECT_EQ(change_of_nodes_by_value(tree, 2), change_of_nodes(tree, 2));
+  EXPECT_EQ(change_of_nodes_by_value(tree, 1.5), change_of_nodes(tree, 2));
+  EXPECT_EQ(change_of_nodes_by_value(tree, 0.1), change_of_nodes(tree, 1));
+  EXPECT_EQ(change_of_nodes_by_value(tree, 99), change_of_nodes(tree, 99));
+  // Uneven levels: from h = 1.5 down to 0.5 and up to 2.5, past those in between.
+  tree.levels = {0.5, 1.5, 1.75, 2.5};
+  EXPECT_THAT(change_of_nodes_by_value(tree, 1), ElementsAre(7 - 0, 15 - 0, 15 - 1, 15 - 7));
+  EXPECT_THROW(change_of_nodes_by_value(tree, 0), StageError);
+}
+
 TEST(ChangeOfNodes, RejectsADeltaBelowOne) {
   EXPECT_THROW(change_of_nodes(make_tree({{-1, 1, 1}}, 1), 0), StageError);
 }
