@@ -265,7 +265,6 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
     labels = fit_borders(surface, labels, areas, fit, execution);
     if (parameters.absorb_area > 0) labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
   };
-  settle();
   if (parameters.merge == Merge::kSaliency)
     labels = merge_by_saliency(surface, labels, strength, areas, parameters.saliency, execution);
   if (parameters.merge == Merge::kTurning) {
@@ -276,8 +275,9 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
     if (!curvature.empty()) bending = triangle_means(surface, curvature, execution);
     labels = merge_by_turning(surface, labels, bending, areas, turning, execution);
   }
-  // Once more where false parts of a side have joined it.
-  if (parameters.merge != Merge::kNone) settle();
+  // After merging only: between two parts of one bent face no edge is to be found, and their border must not look for
+  // one.
+  settle();
   return labels;
 }
 
