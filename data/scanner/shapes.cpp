@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 #include "data/scanner/glyphs.hpp"
@@ -110,6 +111,63 @@ Shape make_tablet(const ShapeParameters& p) {
   };
   field.face = [=](double x, double y) { return 2 * distance(x, y) < width ? 1 : 2; };
   if (p.at("thickness") > 0) field.floor = -p.at("thickness");
+  return height_field(field, 3);
+}
+
+/// A stamped potsherd: a piece of a bent shell with ridges (rings about a point on the left, lines on the right), a
+/// rounded, broken edge that falls off more steeply than is scanned, and the roughness of fired clay.
+Shape make_sherd(const ShapeParameters& p) {
+  const double size = p.at("size"), bend = p.at("bend_radius"), width = p.at("line_width"), pitch = p.at("pitch"),
+               relief = p.at("relief"), round = p.at("edge_rounding"), rough = p.at("roughness");
+  // Distance from the broken edge, > 0 inside: six straight breaks, each a little wavy.
+  const auto from_edge = [=](double x, double y) {
+    static constexpr double kTurns[] = {0.1, 1.3, 2.2, 3.0, 4.4, 5.4}, kShares[] = {1, 0.92, 1.02, 0.95, 0.9, 1.04};
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 6; ++i) {
+      const double c = std::cos(kTurns[i]), s = std::sin(kTurns[i]), along = (c * y - s * x) / size;
+      const double wave = 0.012 * std::sin(23 * along + i) + 0.007 * std::sin(61 * along + 2 * i);
+      least = std::min(least, size * (0.42 * kShares[i] + wave) - (c * x + s * y));
+    }
+    return least;
+  };
+  const auto to_line = [=](double x, double y) {
+    const double rho = std::hypot(x + 0.22 * size, y + 0.08 * size), ring = std::max(1.0, std::round(rho / pitch));
+    const double border = 0.04 * size;  // between rings and lines nothing is stamped
+    if (x < border - width) return std::abs(rho - ring * pitch);
+    if (x < border + width) return std::numeric_limits<double>::infinity();
+    const double across = 0.5 * x + 0.866 * y;
+    return std::abs(across - std::round(across / pitch) * pitch);
+  };
+  HeightField field;
+  field.high = Eigen::Vector2d::Constant(0.52 * size);
+  field.low = -field.high;
+  field.columns = field.rows = std::max(1, static_cast<int>(std::lround(1.04 * size / p.at("edge"))));
+  field.height = [=](double x, double y) {
+    const double shell = bend > 0 ? std::sqrt(bend * bend - x * x) - bend - y * y / (8 * bend) : 0;
+    // A stamp is not pressed in evenly.
+    const double pressed = 0.8 + 0.2 * std::sin(4 * x / size + 1) * std::cos(5 * y / size);
+    const double raised = relief * pressed * groove_profile(std::min(9.0, 2 * to_line(x, y) / width), 0.25);
+    double clay = 0;
+    for (int i = 1; i <= 6; ++i) {
+      const double turn = 2.4 * i, wave = 0.5 + 0.22 * i;
+      clay += std::sin(2 * kPi / wave * (std::cos(turn) * x + std::sin(turn) * y) + i * i);
+    }
+    // A quarter circle down to where it is too steep to be scanned, straight on from there.
+    const double steepest = 80 * kPi / 180, inside = from_edge(x, y), down = round - inside;
+    const double at_steepest = round * std::sin(steepest);
+    const double fall = down <= 0 ? 0
+                        : down <= at_steepest
+                            ? round - std::sqrt(round * round - down * down)
+                            : round * (1 - std::cos(steepest)) + (down - at_steepest) * std::tan(steepest);
+    return shell + raised + rough * clay / std::sqrt(3.0) - fall;
+  };
+  field.face = [=](double x, double y) { return from_edge(x, y) > round && 2 * to_line(x, y) < width ? 1 : 2; };
+  double lowest = 0;
+  for (int i = 0; i <= field.rows; ++i)
+    for (int j = 0; j <= field.columns; ++j)
+      lowest = std::min(lowest, field.height(field.low.x() + (field.high.x() - field.low.x()) * j / field.columns,
+                                             field.low.y() + (field.high.y() - field.low.y()) * i / field.rows));
+  field.floor = lowest - 1;
   return height_field(field, 3);
 }
 
@@ -394,6 +452,20 @@ const std::vector<Entry>& entries() {
         3,
         25},
        make_tablet},
+      {{"sherd",
+        "stamped potsherd: ridges on a bent shell with a rounded, broken edge; face 1 is the ridges, 2 the rest",
+        {{"size", 45, "side of the square that holds it"},
+         {"bend_radius", 110, "of the vessel; 0: flat"},
+         {"line_width", 2.2, "of a ridge"},
+         {"pitch", 4.6, "between the middles of neighbouring ridges"},
+         {"relief", 0.2, "height of a ridge where it is pressed most"},
+         {"edge_rounding", 2, "radius of the broken edge"},
+         {"roughness", 0.008, "of the clay: standard deviation, waves of 0.7 to 1.8 mm"},
+         {"edge", 0.12, "side of a mesh cell"}},
+        0.14,
+        1,
+        0},
+       make_sherd},
       {{"pump", "pump housing: base plate, body, flange, pipe, ribs, bores", {tolerance}, 0.3, 19, 180}, make_pump},
       {{"bracket", "angle bracket: two plates, rib, countersunk bore, notch", {tolerance}, 0.25, 14, 180},
        make_bracket},
@@ -498,7 +570,8 @@ Shape make_shape(const std::string& name, const ShapeParameters& parameters) {
           fmt::format("shape '{}' has no parameter '{}'; it has: {}", name, parameter, fmt::join(names, ", ")));
     }
     const bool may_be_zero = parameter == "thickness" || parameter == "bulge" || parameter == "waviness" ||
-                             parameter == "growth" || parameter == "level" || parameter == "rounding";
+                             parameter == "growth" || parameter == "bend_radius" || parameter == "roughness" ||
+                             parameter == "level" || parameter == "rounding";
     if (!std::isfinite(value) || value < 0 || (value == 0 && !may_be_zero))
       throw UsageError(fmt::format("shape '{}': {} = {:g} must be {}", name, parameter, value,
                                    may_be_zero ? "0 or more" : "above 0"));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stages/mser/describe_regions.hpp"
+#include "stages/mser/fill_cut_triangles.hpp"
 #include "stages/mser/fit_borders.hpp"
 #include "stages/mser/grow.hpp"
 #include "stages/mser/label_triangles.hpp"
@@ -357,8 +358,18 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
   execution.report("labelling triangles", 3, 4);
   Patches patches = split_patches(surface.twins, segmentation.region_of_triangle, areas);
   if (parameters.grow != Grow::kNone || parameters.merge != Merge::kNone) {
-    const std::vector<std::int32_t> grown =
-        grow_and_merge(inputs, patches.patch_of_triangle, areas, parameters, execution);
+    std::vector<std::int32_t> labels = patches.patch_of_triangle;
+    if (parameters.grow == Grow::kLevel) {
+      std::vector<LabelLevel> levels(1);
+      for (std::size_t p = 1; p < patches.number_of_patch.size(); ++p) {
+        const Region& region = segmentation.regions[static_cast<std::size_t>(patches.number_of_patch[p]) - 1];
+        levels.push_back({region.value, region.polarity == Polarity::kUpper});
+      }
+      labels = fill_cut_triangles(surface, labels, levels,
+                                  triangle_means(surface, finite(level_sets.values), execution),
+                                  level_sets.excluded_of_triangle);
+    }
+    const std::vector<std::int32_t> grown = grow_and_merge(inputs, std::move(labels), areas, parameters, execution);
     Patches final_patches = split_patches(surface.twins, grown, areas);
     drop_whole_components(final_patches);
     for (std::int32_t& number : final_patches.number_of_patch)

@@ -17,7 +17,7 @@
 namespace meshmser {
 
 enum class Select : std::uint8_t { kMser, kPersistence, kStableBranch, kLength, kLevel, kMeaningful };
-enum class Grow : std::uint8_t { kNone, kAbsorb, kWatershed };
+enum class Grow : std::uint8_t { kNone, kAbsorb, kWatershed, kLevel };
 enum class FloodBy : std::uint8_t { kStrength, kFacets, kLikeness };
 enum class Border : std::uint8_t { kFlood, kSides };
 enum class Merge : std::uint8_t { kNone, kSaliency, kTurning };

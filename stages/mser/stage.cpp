@@ -36,7 +36,7 @@ struct EnumNames<Nested> {
 template <>
 struct EnumNames<Grow> {
   static constexpr std::pair<Grow, const char*> values[] = {
-      {Grow::kNone, "none"}, {Grow::kAbsorb, "absorb"}, {Grow::kWatershed, "watershed"}};
+      {Grow::kNone, "none"}, {Grow::kAbsorb, "absorb"}, {Grow::kWatershed, "watershed"}, {Grow::kLevel, "level"}};
 };
 template <>
 struct EnumNames<FloodBy> {
@@ -229,7 +229,8 @@ struct MserStage {
     s.parameter("keep_largest", &P::keep_largest, at_least(1), "regions", "So many of the largest regions remain.");
     s.parameter("grow", &P::grow,
                 "Afterwards: all that is left is flooded from the labels, so that they meet on the crests (watershed), "
-                "and small patches join a neighbour (watershed, absorb).");
+                "and small patches join a neighbour (watershed, absorb); level: triangles that the region's level line cuts "
+                "join it where their mean reaches the level, and small patches a neighbour.");
     s.parameter("absorb", &P::absorb, at_least(0), "",
                 "Patches smaller than this join the neighbour with the longest common border, unless grow is none.");
     s.parameter(

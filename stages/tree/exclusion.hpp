@@ -20,12 +20,12 @@ struct Exclusion {
 };
 
 /// Triangles with a corner whose value is not finite, and triangles with a corner nearer (Euclidean) than
-/// `rim_distance` to an edge of a rim whose length exceeds `min_rim`. `rim_distance` 0 excludes none by their rim. Rims
-/// are those of the mesh as given: of `twins` before anything is cut out. Time: linear in the mesh, and for each vertex
-/// near a rim the rim edges within the distance.
+/// `rim_distance` to an edge of a rim whose length exceeds `min_rim`, or to a vertex with fallen[v] != 0 (#V or empty).
+/// `rim_distance` 0 excludes none by their rim. Rims are those of the mesh as given: of `twins` before anything is cut
+/// out. Time: linear in the mesh, and for each vertex near a rim the rim edges within the distance.
 Exclusion exclude_triangles(std::span<const Eigen::Vector3d> positions,
                             std::span<const std::array<std::int32_t, 3>> triangles, std::span<const std::int32_t> twins,
                             std::span<const double> values, double rim_distance, double min_rim,
-                            const Execution& execution = {});
+                            std::span<const std::uint8_t> fallen = {}, const Execution& execution = {});
 
 }  // namespace meshmser

@@ -11,6 +11,7 @@
 #include "stages/common/parallel.hpp"
 #include "stages/common/surface.hpp"
 #include "stages/tree/component_tree.hpp"
+#include "stages/tree/fallen_rim.hpp"
 #include "stages/tree/local_mean.hpp"
 
 namespace meshmser {
@@ -42,22 +43,6 @@ void refuse_values_that_are_not_finite(const VertexScalar& scalar) {
                      "; mend it, or leave such triangles out with 'nan: exclude'");
 }
 
-/// The values clipped to their quantiles `share` and 1 - `share` over the vertices of positive weight.
-std::vector<double> clipped(const std::vector<double>& values, const std::vector<double>& weights, double share) {
-  std::vector<double> sorted;
-  for (std::size_t v = 0; v < values.size(); ++v)
-    if (weights[v] > 0 && std::isfinite(values[v])) sorted.push_back(values[v]);
-  if (sorted.empty()) return values;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
-  const auto low = sorted.begin() + rank, high = sorted.end() - 1 - rank;
-  std::nth_element(sorted.begin(), low, sorted.end());
-  std::nth_element(low, high, sorted.end());
-  std::vector<double> result = values;
-  for (double& value : result)
-    if (std::isfinite(value)) value = std::clamp(value, *low, *high);
-  return result;
-}
-
 }  // namespace
 
 LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const VertexScalar& scalar,
@@ -77,20 +62,29 @@ LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const Vertex
   out.values = scalar.values;
 
   std::vector<std::int32_t> twins = twin_half_edges(mesh.triangles, mesh.num_vertices(), execution);
+  const std::vector<double> areas = triangle_areas(mesh.positions, mesh.triangles, execution);
+  FallenRim fallen;
+  if (parameters.fallen_rim) {
+    if (!(scalar.radius > 0))
+      throw StageError("fallen_rim needs the scale of the scalar '" + scalar.name +
+                       "', which no curvature stage measured");
+    fallen = fallen_rim(mesh.positions, mesh.normals, vertex_areas(mesh.triangles, areas, {}, mesh.num_vertices()),
+                        mesh.triangles, twins, {scalar.radius, parameters.fallen_depth, parameters.min_rim}, execution);
+    result.fallen_depth = fallen.depth;
+  }
   result.exclusion = exclude_triangles(mesh.positions, mesh.triangles, twins, out.values, parameters.exclude_rim,
-                                       parameters.min_rim, execution);
+                                       parameters.min_rim, fallen.fallen_of_vertex, execution);
   out.excluded_of_triangle = std::move(result.exclusion.excluded_of_triangle);
   cut_out_triangles(twins, out.excluded_of_triangle);
 
-  const std::vector<double> areas = triangle_areas(mesh.positions, mesh.triangles, execution);
   std::vector<double> weights;
   if (parameters.detrend > 0 || parameters.levels.rule == LevelRule::kEqualArea)
     weights = vertex_areas(mesh.triangles, areas, out.excluded_of_triangle, mesh.num_vertices());
   if (parameters.detrend > 0) {
     const std::vector<double> means =
-        local_means(mesh.positions,
-                    parameters.detrend_clip > 0 ? clipped(out.values, weights, parameters.detrend_clip) : out.values,
-                    weights, parameters.detrend, execution);
+        parameters.detrend_clip > 0 ? clipped_local_means(mesh.positions, out.values, weights, parameters.detrend,
+                                                          parameters.detrend_clip, execution)
+                                    : local_means(mesh.positions, out.values, weights, parameters.detrend, execution);
     for (std::size_t v = 0; v < means.size(); ++v)
       if (std::isfinite(means[v])) out.values[v] -= means[v];
   }

@@ -21,11 +21,12 @@ enum class PolarityChoice { kUpper, kLower, kBoth };
 
 struct LevelSetTreesParameters {
   ScalarTransform transform = ScalarTransform::kIdentity;
-  double detrend = 0;  ///< radius of the ball whose mean is subtracted, in coordinate units; 0: none
-  double detrend_clip =
-      0;  ///< share of the vertices at each end whose values are clipped before the mean is taken, < 0.5
-  double exclude_rim = 0;  ///< in coordinate units; 0: none
-  double min_rim = 0;      ///< rims up to this length are holes that exclude nothing, in coordinate units
+  double detrend = 0;       ///< radius of the ball whose mean is subtracted, in coordinate units; 0: none
+  double detrend_clip = 0;  ///< in median deviations: where values are clipped before the mean is taken; 0: nowhere
+  double exclude_rim = 0;   ///< in coordinate units; 0: none
+  double min_rim = 0;       ///< rims up to this length are holes that exclude nothing, in coordinate units
+  bool fallen_rim = false;  ///< what has fallen away at a long rim counts as rim (fallen_rim.hpp)
+  double fallen_depth = 0;  ///< in coordinate units; 0: measured
   NanPolicy nan = NanPolicy::kAuto;
   LevelParameters levels;  ///< its noise, where NaN, is the scalar's own
   PolarityChoice polarity = PolarityChoice::kBoth;
@@ -33,11 +34,12 @@ struct LevelSetTreesParameters {
 
 struct LevelSetTreesResult {
   LevelSetTrees trees;
-  Exclusion exclusion;  ///< its triangles are in `trees`; the counts are for the report
+  double fallen_depth = 0;  ///< asked for or measured, where `fallen_rim`
+  Exclusion exclusion;      ///< its triangles are in `trees`; the counts are for the report
 };
 
-/// Builds the trees. Excluded triangles leave first; the local mean is over what remains (with `detrend_clip`, over
-/// values clipped to two quantiles, so that one sharp edge does not tilt the mean of all that lies within the ball);
+/// Builds the trees. Excluded triangles leave first; the local mean is over what remains (with `detrend_clip`, the
+/// clipped one, which neither lines nor a sharp edge tilt);
 /// then the transform; the levels are laid over the vertices of what remains. Trees: upper, then lower. Throws
 /// StageError for values that are not finite where they are an error, and where the level rule lacks what it needs.
 /// Linear time but for detrending and sorting by value; the same bytes on any number of threads.

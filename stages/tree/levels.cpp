@@ -15,6 +15,8 @@
 namespace meshmser {
 namespace {
 
+constexpr double kOutliers = 0.025;
+
 /// The q-quantile by linear interpolation between order statistics; reorders `values`, which are not empty.
 double quantile(std::vector<double>& values, double q) {
   const double place = q * static_cast<double>(values.size() - 1);
@@ -36,6 +38,10 @@ Range level_range(std::vector<double> signed_values, const LevelParameters& p, b
   const double outright_low = lower ? -p.high_value : p.low_value;
   const double outright_high = lower ? -p.low_value : p.high_value;
   Range range{outright_low, outright_high};
+  if (!std::isnan(p.low_strength)) {
+    const double strength = line_strength(signed_values);
+    range = {p.low_strength * strength, p.high_strength * strength};
+  }
   if (std::isnan(range.low)) range.low = quantile(signed_values, p.low_quantile);
   if (std::isnan(range.high)) range.high = quantile(signed_values, p.high_quantile);
   if (range.low > range.high)
@@ -98,6 +104,24 @@ std::vector<double> equal_area_steps(std::span<const double> signed_values, std:
 }
 
 }  // namespace
+
+double line_strength(std::span<const double> values) {
+  std::vector<double> positive;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(positive), [](double value) { return value > 0; });
+  if (positive.empty()) return 0;
+  std::sort(positive.begin(), positive.end());
+  // What is left of a broken edge or a scratch may be ten times as strong as any line.
+  const auto num_outliers = static_cast<std::size_t>(kOutliers * static_cast<double>(values.size()));
+  const double most = positive[positive.size() - 1 - std::min(num_outliers, positive.size() - 1)];
+  for (double& value : positive) value = std::min(value, most);
+  long double total = 0, below = 0;
+  for (const double value : positive) total += static_cast<long double>(value) * value;
+  for (const double value : positive) {
+    below += static_cast<long double>(value) * value;
+    if (2 * below >= total) return value;
+  }
+  return 0;
+}
 
 std::vector<double> make_levels(std::span<const double> values, std::span<const double> weights,
                                 const LevelParameters& p, bool lower) {

@@ -28,6 +28,8 @@ struct LevelParameters {
   double high_quantile = 0.98;
   double low_value = std::numeric_limits<double>::quiet_NaN();  ///< ... or outright, in units of S, where not NaN
   double high_value = std::numeric_limits<double>::quiet_NaN();
+  double low_strength = std::numeric_limits<double>::quiet_NaN();  ///< ... or as shares of line_strength, where not NaN
+  double high_strength = std::numeric_limits<double>::quiet_NaN();
   double step = 0;                                          ///< kStep: in units of S
   std::vector<double> list{};                               ///< kList: in units of S, any order
   double noise = std::numeric_limits<double>::quiet_NaN();  ///< kNoise: sigma_S, in units of S
@@ -44,6 +46,12 @@ struct LevelParameters {
 /// Time linear in #V, sorting for kEqualArea and kEveryValue.
 std::vector<double> make_levels(std::span<const double> values, std::span<const double> weights,
                                 const LevelParameters& parameters, bool lower);
+
+/// The strength of lines in values of a signed scalar: the value above which half of the sum of S^2 over S > 0 lies, so
+/// that ground about 0 counts little however wide it is. The highest 2.5 % of all values count as the lowest of them:
+/// outliers. 0 where nothing is positive.
+/// Values must be finite. Sorts the positive ones.
+double line_strength(std::span<const double> values);
 
 /// max{k : S >= h_k} of each vertex, 0 where there is none or S is NaN. `sign` +1 or -1 multiplies S first.
 std::vector<std::int32_t> levels_of_vertices(std::span<const double> values, std::span<const double> levels, int sign,

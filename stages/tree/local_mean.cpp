@@ -161,6 +161,17 @@ void gather(const Grid& grid, const Cube& cube, double radius, Columns& near) {
   near.fill_up();
 }
 
+/// Of the finite values of vertices with weight; 0 where there is none.
+double median_of(std::span<const double> values, std::span<const double> weights) {
+  std::vector<double> counted;
+  for (std::size_t v = 0; v < values.size(); ++v)
+    if (weights[v] > 0 && std::isfinite(values[v])) counted.push_back(values[v]);
+  if (counted.empty()) return 0;
+  const auto middle = counted.begin() + static_cast<std::ptrdiff_t>(counted.size() / 2);
+  std::nth_element(counted.begin(), middle, counted.end());
+  return *middle;
+}
+
 }  // namespace
 
 std::vector<double> vertex_areas(std::span<const std::array<std::int32_t, 3>> triangles, std::span<const double> areas,
@@ -189,6 +200,24 @@ std::vector<double> local_means(std::span<const Eigen::Vector3d> positions, std:
                       }
                     }
                   });
+  return means;
+}
+
+std::vector<double> clipped_local_means(std::span<const Eigen::Vector3d> positions, std::span<const double> values,
+                                        std::span<const double> weights, double radius, double clip,
+                                        const Execution& execution) {
+  constexpr int kRounds = 3;
+  // The first round is about the median of all values: a mean that an edge has tilted would hold its surroundings fast.
+  std::vector<double> means(values.size(), median_of(values, weights));
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> deviations(values.size());
+    for (std::size_t v = 0; v < values.size(); ++v) deviations[v] = std::abs(values[v] - means[v]);
+    const double most = clip * median_of(deviations, weights);
+    std::vector<double> clipped(values.begin(), values.end());
+    for (std::size_t v = 0; v < clipped.size(); ++v)
+      if (std::isfinite(means[v])) clipped[v] = means[v] + std::clamp(clipped[v] - means[v], -most, most);
+    means = local_means(positions, clipped, weights, radius, execution);
+  }
   return means;
 }
 

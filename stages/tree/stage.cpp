@@ -42,14 +42,16 @@ namespace {
 struct TreeParameters {
   std::string scalar = "mean_curvature";
   ScalarTransform transform = ScalarTransform::kIdentity;
-  std::optional<Length> detrend;
-  Share detrend_clip{0};
-  std::optional<Length> exclude_rim;
+  std::optional<AutoOr<Length>> detrend;
+  std::optional<double> detrend_clip;
+  std::optional<AutoOr<Length>> exclude_rim;
+  std::optional<AutoOr<Length>> fallen_rim;
   Length min_rim = spacings(40);
   NanPolicy nan = NanPolicy::kAuto;
   std::int32_t levels = 64;
   LevelRule level_rule = LevelRule::kLinear;
   std::array<Share, 2> range{Share{0.02}, Share{0.98}};
+  std::optional<std::array<Share, 2>> strength_range;
   std::optional<std::array<double, 2>> value_range;
   std::optional<double> level_step;
   std::vector<double> level_list;
@@ -68,12 +70,28 @@ Scale scale_of(const TriangleMesh& mesh) {
   return scale;
 }
 
-LevelSetTreesParameters resolve(const TreeParameters& given, const Scale& scale) {
+// Of the curvature's radius, which is three eighths of a line's width: twice the width, and three quarters of it.
+constexpr double kDetrendRadii = 16.0 / 3, kRimRadii = 2;
+
+/// A length outright, or so many radii of the scalar.
+double resolve(const AutoOr<Length>& given, const char* name, double radii, const VertexScalar& scalar,
+               const Scale& scale) {
+  if (!given.automatic) return given.value.resolve(scale);
+  if (!(scalar.radius > 0))
+    throw StageError(std::string("tree.") + name +
+                     ": auto is a multiple of the radius of a curvature stage, but the scalar '" + scalar.name +
+                     "' comes from none; give a length");
+  return radii * scalar.radius;
+}
+
+LevelSetTreesParameters resolve(const TreeParameters& given, const VertexScalar& scalar, const Scale& scale) {
   LevelSetTreesParameters p;
   p.transform = given.transform;
-  if (given.detrend) p.detrend = given.detrend->resolve(scale);
-  p.detrend_clip = given.detrend_clip.value;
-  if (given.exclude_rim) p.exclude_rim = given.exclude_rim->resolve(scale);
+  if (given.detrend) p.detrend = resolve(*given.detrend, "detrend", kDetrendRadii, scalar, scale);
+  p.detrend_clip = given.detrend_clip.value_or(0);
+  if (given.exclude_rim) p.exclude_rim = resolve(*given.exclude_rim, "exclude_rim", kRimRadii, scalar, scale);
+  p.fallen_rim = given.fallen_rim.has_value();
+  if (given.fallen_rim && !given.fallen_rim->automatic) p.fallen_depth = given.fallen_rim->value.resolve(scale);
   p.min_rim = given.min_rim.resolve(scale);
   p.nan = given.nan;
   p.levels.rule = given.level_rule;
@@ -83,6 +101,10 @@ LevelSetTreesParameters resolve(const TreeParameters& given, const Scale& scale)
   if (given.value_range) {
     p.levels.low_value = (*given.value_range)[0];
     p.levels.high_value = (*given.value_range)[1];
+  }
+  if (given.strength_range) {
+    p.levels.low_strength = (*given.strength_range)[0].value;
+    p.levels.high_strength = (*given.strength_range)[1].value;
   }
   p.levels.step = given.level_step.value_or(0);
   p.levels.list = given.level_list;
@@ -96,7 +118,7 @@ LevelSetTreesParameters resolve(const TreeParameters& given, const Scale& scale)
 }  // namespace
 
 struct TreeStage {
-  static constexpr StageInfo info{"tree", 1,
+  static constexpr StageInfo info{"tree", 2,
                                   "Builds the tree of the level sets of a scalar on the mesh [Digne et al. 2010]."};
   using Parameters = TreeParameters;
 
@@ -110,13 +132,19 @@ struct TreeStage {
                 "What is levelled: a scalar of a curvature stage (mean_curvature, crease, height, or fine.crease of a "
                 "stage named fine), or a property of the mesh or of the points.");
     s.parameter("transform", &P::transform, "Applied to the scalar after detrending.");
-    s.parameter("detrend", &P::detrend, more_than(0), "",
-                "Radius of the ball whose mean is subtracted from the scalar first.");
-    s.parameter("detrend_clip", &P::detrend_clip, range(0, 0.4), "",
-                "Share of the vertices at each end whose values are clipped before the mean is taken, so that a sharp "
-                "edge does not tilt the mean of its surroundings; 0: the plain mean.");
-    s.parameter("exclude_rim", &P::exclude_rim, more_than(0), "",
-                "Triangles nearer than this to a long rim are left out, since curvature is biased there.");
+    s.parameter(
+        "detrend", &P::detrend, more_than(0), "",
+        "Radius of the ball whose mean is subtracted from the scalar first; auto: 16/3 of the curvature's radius.");
+    s.parameter("detrend_clip", &P::detrend_clip, more_than(0), "",
+                "Values that differ from the mean around by more than so many median deviations are clipped for it, so "
+                "that neither lines nor a sharp edge tilt it: it is then the level of the ground.");
+    s.parameter(
+        "exclude_rim", &P::exclude_rim, more_than(0), "",
+        "Triangles nearer than this to a long rim are left out, since curvature is biased there; auto: twice the "
+        "curvature's radius.");
+    s.parameter("fallen_rim", &P::fallen_rim, more_than(0), "",
+                "What lies deeper than this below the surface inside, and is joined to a long rim, counts as rim: a "
+                "broken edge, a plate's side; auto: deeper than relief inside reaches.");
     s.parameter("min_rim", &P::min_rim, at_least(0), "", "Rims up to this length leave nothing out.");
     s.parameter("nan", &P::nan,
                 "What a value that is not finite does: an error, or its triangles are left out; auto: left out where "
@@ -126,6 +154,9 @@ struct TreeStage {
                 "Equal steps over the range (linear), steps of level_step, the list level_list, equal shares of area, "
                 "every distinct value, or steps that grow with the scalar from its noise (noise).");
     s.parameter("range", &P::range, range(0, 1), "", "Quantiles of the scalar between which levels are laid.");
+    s.parameter("strength_range", &P::strength_range, range(0, 10), "",
+                "Shares of the strength of lines between which levels are laid, in place of quantiles: the value at "
+                "which half of the sum of S^2 over S > 0 lies above, whatever share of the surface the lines take.");
     s.parameter("value_range", &P::value_range, Range{}, "scalar",
                 "Values of the scalar between which levels are laid, in place of quantiles.");
     s.parameter("level_step", &P::level_step, more_than(0), "scalar", "Step of the rule step.");
@@ -168,13 +199,14 @@ struct TreeStage {
     for (const auto& [stage, scalars] : inputs.all<ScalarFields>("scalars")) fields.push_back({stage, scalars});
     const VertexScalar scalar = find_vertex_scalar(parameters.scalar, fields, mesh, inputs.find<PointCloud>("cloud"));
     LevelSetTreesResult result =
-        build_level_set_trees(mesh, scalar, resolve(parameters, scale_of(mesh)), context.execution());
+        build_level_set_trees(mesh, scalar, resolve(parameters, scalar, scale_of(mesh)), context.execution());
 
     const Exclusion& exclusion = result.exclusion;
     const auto num_triangles = static_cast<std::int64_t>(mesh.num_triangles());
     context.report("num_triangles", num_triangles);
     context.report("num_excluded_nan", exclusion.num_nan);
     context.report("num_excluded_near_rim", exclusion.num_near_rim);
+    if (parameters.fallen_rim) context.report("fallen_depth", result.fallen_depth, context.units());
     for (const ComponentTree& tree : result.trees.trees) {
       const std::string side = tree.polarity == Polarity::kUpper ? "_upper" : "_lower";
       std::int64_t roots = 0;

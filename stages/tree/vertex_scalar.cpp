@@ -30,6 +30,7 @@ VertexScalar find_vertex_scalar(const std::string& name, std::span<const StageFi
                                 const PointCloud* cloud) {
   std::vector<std::string> available, matches;
   const ScalarField* found = nullptr;
+  double radius = 0;
   bool exact = false;
   for (const StageFields& stage : fields)
     for (const ScalarField& field : stage.fields->fields) {
@@ -43,6 +44,7 @@ VertexScalar find_vertex_scalar(const std::string& name, std::span<const StageFi
       }
       matches.push_back(full_name);
       found = &field;
+      radius = stage.fields->radius;
     }
   if (matches.size() > 1) {
     std::string text = matches[0];
@@ -54,6 +56,7 @@ VertexScalar find_vertex_scalar(const std::string& name, std::span<const StageFi
   if (found != nullptr) {
     scalar.unit = found->unit;
     scalar.noise = found->noise;
+    scalar.radius = radius;
     scalar.values = at_vertices(name, found->values, found->parity, mesh);
     return scalar;
   }

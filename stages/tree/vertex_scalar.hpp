@@ -22,6 +22,7 @@ struct VertexScalar {
   std::string name;
   std::string unit;                                         ///< in coordinate units; "" for a property
   double noise = std::numeric_limits<double>::quiet_NaN();  ///< sigma_S; NaN: unknown
+  double radius = 0;                                        ///< at which a stage measured it; 0: not known
   bool is_given = false;                                    ///< a property of a file, not measured by a stage
   std::vector<double> values;                               ///< #V
 };

@@ -135,7 +135,8 @@ TEST(BuildLevelSetTrees, DetrendingTakesASlopeAway) {
 
 TEST(BuildLevelSetTrees, AClippedMeanIsNotTiltedByASharpEdge) {
   const TriangleMesh mesh = sheet(40);
-  const VertexScalar scalar = scalar_on(mesh, [](double x, double) { return x == 20 ? 1000.0 : 0.0; });
+  const VertexScalar scalar = scalar_on(
+      mesh, [](double x, double y) { return x == 20 ? 1000.0 : std::sin(1.7 * x) * std::cos(2.3 * y); });
   LevelSetTreesParameters parameters;
   parameters.detrend = 8;
   const auto lowest = [&] {
@@ -143,8 +144,8 @@ TEST(BuildLevelSetTrees, AClippedMeanIsNotTiltedByASharpEdge) {
     return *std::min_element(trees.values.begin(), trees.values.end());
   };
   EXPECT_LT(lowest(), -20);
-  parameters.detrend_clip = 0.05;
-  EXPECT_EQ(lowest(), 0);
+  parameters.detrend_clip = 2;
+  EXPECT_GT(lowest(), -1.5);
 }
 
 TEST(BuildLevelSetTrees, NanIsAnErrorInAGivenScalarAndLeftOutOfAMeasuredOne) {

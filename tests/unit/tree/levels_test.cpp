@@ -146,5 +146,22 @@ TEST(RankValues, RanksOfDistinctValuesOfEitherSign) {
   EXPECT_THAT(down.level_of_vertex, ElementsAre(1, 4, 3, 3, 1, 0, 5, 2));
 }
 
+TEST(LineStrength, IsThatOfTheLinesWhateverTheirShare) {
+  for (const std::size_t num_lines : {50u, 100u, 900u}) {
+    std::vector<double> values(1000 - num_lines, 0.01);
+    values.insert(values.end(), num_lines, 2.0);
+    values.insert(values.end(), 20, 100.0);  // outliers
+    values.insert(values.end(), 300, -5.0);
+    EXPECT_EQ(line_strength(values), 2) << num_lines;
+  }
+  EXPECT_EQ(line_strength(std::vector<double>{-1, 0}), 0);
+  LevelParameters levels;
+  levels.count = 3;
+  levels.low_strength = 0.5;
+  levels.high_strength = 1.5;
+  std::vector<double> values(100, 2.0);
+  EXPECT_EQ(make_levels(values, {}, levels, false), (std::vector<double>{-std::numeric_limits<double>::infinity(), 2, 3}));
+}
+
 }  // namespace
 }  // namespace meshmser
