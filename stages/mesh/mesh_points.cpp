@@ -1,6 +1,6 @@
 #include "stages/mesh/mesh_points.hpp"
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
