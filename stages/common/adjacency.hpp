@@ -28,8 +28,9 @@ inline std::int32_t previous_half_edge(std::int32_t half_edge) {
 /// `triangles`: #F corners in 0 .. num_vertices - 1, each edge in at most two triangles and then in opposite directions
 /// (a vertex may be shared by several fans). Returns 3 #F half-edge ids, -1 where there is no other triangle.
 /// Throws StageError for a corner out of range, for a triangle with a repeated corner, for an edge met twice in one
-/// direction, and for more than 2^31 / 3 triangles. An edge in four triangles that pair up is not noticed here: see
-/// find_edge_defects. Linear time; the result does not depend on the number of threads.
+/// direction before its twin, and for more than 2^31 / 3 triangles. An edge in three or more triangles of which each two
+/// that follow one another pair up is not noticed here: see find_edge_defects. Linear time; the result does not depend
+/// on the number of threads.
 std::vector<std::int32_t> twin_half_edges(std::span<const std::array<std::int32_t, 3>> triangles,
                                           std::size_t num_vertices, const Execution& execution = {});
 

@@ -31,8 +31,8 @@ struct OpenNode {
   std::int32_t first_taken;  ///< place in the queue array of its first triangle
 };
 
-constexpr std::int32_t kAdjacencyAhead = 8;
-constexpr std::int32_t kLevelsAhead = 4;
+constexpr std::int32_t kAdjacencyAhead = 16;
+constexpr std::int32_t kLevelsAhead = 8;
 constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
 /// Up to so many levels a chunk counts its triangles by level for itself.
 constexpr std::int32_t kFewLevels = 1 << 14;
@@ -62,8 +62,9 @@ class Flood {
       sum += std::exchange(segment.head, sum);
       segment.tail = segment.head;
     }
-    reserve_on_large_pages(flooded_.queue, static_cast<std::size_t>(sum));
-    flooded_.queue.resize(static_cast<std::size_t>(sum));
+    segments_[0].tail = sum;  // one place behind all others
+    reserve_on_large_pages(flooded_.queue, static_cast<std::size_t>(sum) + 1);
+    flooded_.queue.resize(static_cast<std::size_t>(sum) + 1);
   }
 
   Flooded run(const Execution& execution) {
@@ -81,6 +82,7 @@ class Flood {
       if (unmet_[t] != 0) flood_from(static_cast<std::int32_t>(t), execution);
       ++t;
     }
+    flooded_.queue.pop_back();
     return std::move(flooded_);
   }
 
@@ -166,12 +168,14 @@ class Flood {
     }
   }
 
-  /// Puts a triangle of a level where it waits.
+  /// Puts a triangle of a level where it waits; of level 0, nowhere.
   void put(std::int32_t triangle, std::int32_t level) {
     const auto l = static_cast<std::size_t>(level);
     waiting_.set(l);
-    __builtin_prefetch(&twins_[3 * static_cast<std::size_t>(triangle)]);
-    flooded_.queue[static_cast<std::size_t>(segments_[l].tail++)] = triangle;
+    __builtin_prefetch(twins_.data() + 3 * static_cast<std::size_t>(triangle));
+    Segment& segment = segments_[l];
+    flooded_.queue[static_cast<std::size_t>(segment.tail)] = triangle;
+    segment.tail += level != 0;
   }
 
   /// Takes triangles of the current level and puts their neighbours that were not met before, until a higher one has
@@ -184,19 +188,33 @@ class Flood {
     const auto nobody = static_cast<std::uint32_t>(unmet_.size() - 1);
     while (segment.head < segment.tail) {
       const std::int32_t place = segment.head++;
-      if (place + kAdjacencyAhead < segment.tail)
-        __builtin_prefetch(&twins[3 * static_cast<std::size_t>(queue[place + kAdjacencyAhead])]);
+      if (place + kAdjacencyAhead < segment.tail) {
+        // The three may lie in two lines of the processor's cache.
+        const std::int32_t* ahead = twins + 3 * static_cast<std::size_t>(queue[place + kAdjacencyAhead]);
+        __builtin_prefetch(ahead);
+        __builtin_prefetch(ahead + 2);
+      }
       if (place + kLevelsAhead < segment.tail) {
         const std::size_t h = 3 * static_cast<std::size_t>(queue[place + kLevelsAhead]);
         for (std::size_t k = 0; k < 3; ++k)
           __builtin_prefetch(&unmet[static_cast<std::uint32_t>(std::max(twins[h + k], 0)) / 3], 1);
       }
       const std::size_t h = 3 * static_cast<std::size_t>(queue[place]);
+      // A missing twin, as an unsigned number, is beyond every triangle.
+      const auto neighbour_at = [&](std::size_t k) {
+        return std::min(static_cast<std::uint32_t>(twins[h + k]) / 3, nobody);
+      };
+      const std::array<std::uint32_t, 3> neighbours{neighbour_at(0), neighbour_at(1), neighbour_at(2)};
+      if (std::max({unmet[neighbours[0]], unmet[neighbours[1]], unmet[neighbours[2]]}) <= current) {
+        // Whether a neighbour was met before is a coin's toss to the processor: those met are put too, at level 0,
+        // whose one place is overwritten. A neighbour across two edges is met by the first.
+        for (const std::uint32_t neighbour : neighbours)
+          put(static_cast<std::int32_t>(neighbour), std::exchange(unmet[neighbour], Level{0}));
+        continue;
+      }
       std::int32_t highest = current;
       bool again = false;
-      for (std::size_t k = 0; k < 3; ++k) {
-        // A missing twin, as an unsigned number, is beyond every triangle.
-        const std::uint32_t neighbour = std::min(static_cast<std::uint32_t>(twins[h + k]) / 3, nobody);
+      for (const std::uint32_t neighbour : neighbours) {
         const std::int32_t level = unmet[neighbour];
         if (level == 0) continue;
         if (level > current) {
