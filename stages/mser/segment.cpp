@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "stages/mser/border_contrast.hpp"
 #include "stages/mser/describe_regions.hpp"
 #include "stages/mser/fill_cut_triangles.hpp"
 #include "stages/mser/fit_borders.hpp"
