@@ -58,7 +58,7 @@ void tell(const Curvature& made, const PointCloud& cloud, RunContext& context) {
 }
 
 struct CurvatureStage {
-  static constexpr StageInfo info{"curvature", 2,
+  static constexpr StageInfo info{"curvature", 3,
                                   "Smooths the points by projection on regression planes and measures the curvature "
                                   "at every raw point [Digne et al. 2011]."};
   using Parameters = CurvatureParameters;
