@@ -23,6 +23,7 @@
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/edit_tree.hpp"
 #include "stages/tree/levels.hpp"
+#include "stages/tree/tree_of_shapes.hpp"
 
 namespace meshmser::python {
 namespace {
@@ -78,9 +79,6 @@ Polarity polarity_of(const std::string& name) {
   if (name == "lower") return Polarity::kLower;
   throw py::value_error("polarity: expected upper or lower, got " + name);
 }
-const char* name_of(Polarity polarity) {
-  return polarity == Polarity::kUpper ? "upper" : "lower";
-}
 
 using Levels = std::variant<std::int32_t, Array<double>>;
 
@@ -101,14 +99,11 @@ std::vector<double> levels_of(const Levels& given, std::span<const double> value
   return make_levels(values, {}, parameters, polarity == Polarity::kLower);
 }
 
-std::unique_ptr<ComponentTree> build_tree(const Surface& surface, const Array<double>& scalar, const Levels& levels,
-                                          std::pair<double, double> range, const std::string& polarity_name,
-                                          int threads) {
+/// The values of the vertices that are not excluded, NaN elsewhere: levels are laid over these, as the stage tree does.
+std::vector<double> values_that_count(const Surface& surface, const Array<double>& scalar) {
   const auto given = values_of(scalar, "values");
   expect_size("values", given.size(), surface.num_vertices(), "vertices");
-  const Polarity polarity = polarity_of(polarity_name);
   const SurfaceView view = surface.view();
-  // Levels are laid over the vertices of what is not excluded, as the stage tree does.
   std::vector<double> values(given.size(), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t t = 0; t < view.triangles.size(); ++t)
     if (surface.excluded.empty() || surface.excluded[t] == 0)
@@ -118,6 +113,15 @@ std::unique_ptr<ComponentTree> build_tree(const Surface& surface, const Array<do
           throw StageError("the value of vertex " + std::to_string(v) +
                            " is not finite; exclude its triangles, or mend it");
       }
+  return values;
+}
+
+std::unique_ptr<ComponentTree> build_tree(const Surface& surface, const Array<double>& scalar, const Levels& levels,
+                                          std::pair<double, double> range, const std::string& polarity_name,
+                                          int threads) {
+  const Polarity polarity = polarity_of(polarity_name);
+  const std::vector<double> values = values_that_count(surface, scalar);
+  const SurfaceView view = surface.view();
   std::vector<double> heights = levels_of(levels, values, range, polarity);
   return interruptible(threads, [&](const Execution& execution) {
     const auto of_vertex = levels_of_vertices(values, heights, polarity == Polarity::kLower ? -1 : 1, execution);
@@ -127,6 +131,22 @@ std::unique_ptr<ComponentTree> build_tree(const Surface& surface, const Array<do
     tree->polarity = polarity;
     tree->levels = std::move(heights);
     return tree;
+  });
+}
+
+std::unique_ptr<ComponentTree> build_shapes(const Surface& surface, const Array<double>& scalar, const Levels& levels,
+                                            std::pair<double, double> range, std::optional<std::int32_t> root,
+                                            int threads) {
+  const std::vector<double> values = values_that_count(surface, scalar);
+  if (root && (*root < 0 || static_cast<std::size_t>(*root) >= surface.num_vertices()))
+    throw py::value_error("root: expected a vertex, from 0 to " + std::to_string(surface.num_vertices()) +
+                          " (excluded)");
+  const SurfaceView view = surface.view();
+  const std::vector<double> heights = levels_of(levels, values, range, Polarity::kUpper);
+  return interruptible(threads, [&](const Execution& execution) {
+    return std::make_unique<ComponentTree>(
+        build_tree_of_shapes(view, surface.areas, levels_of_vertices(values, heights, 1, execution), heights,
+                             surface.excluded, root.value_or(-1), execution));
   });
 }
 
@@ -284,12 +304,29 @@ void declare_trees(py::module_& module) {
       .def_property_readonly("areas", view_property(&Surface::areas));
 
   py::class_<ComponentTree>(module, "ComponentTree",
-                            "The tree of the components of {S >= h} (upper) or {S <= h} (lower): parents after their "
-                            "children, a subtree is an interval.")
+                            "The tree of the components of {S >= h} (upper) or {S <= h} (lower), or of both with their "
+                            "holes filled (shapes): parents after their children, a subtree is an interval.")
       .def_property_readonly("polarity", [](const ComponentTree& t) { return name_of(t.polarity); })
       .def_property_readonly("num_nodes", &ComponentTree::num_nodes)
       .def_property_readonly("levels", view_property(&ComponentTree::levels),
-                             "Ascending, of -S for a lower tree; level k is levels[k - 1].")
+                             "Ascending, of -S for a lower tree; level k is levels[k - 1], but of shapes, whose nodes "
+                             "count level lines from the root, the first being 1.")
+      .def_property_readonly(
+          "value",
+          [](const ComponentTree& t) {
+            std::vector<double> value(t.num_nodes());
+            for (std::size_t n = 0; n < value.size(); ++n) value[n] = t.value(static_cast<std::int32_t>(n));
+            return to_array(std::move(value));
+          },
+          "The scalar on the line around each node; infinite where there is none.")
+      .def_property_readonly(
+          "sign",
+          [](const ComponentTree& t) {
+            std::vector<std::int32_t> sign(t.num_nodes());
+            for (std::size_t n = 0; n < sign.size(); ++n) sign[n] = t.sign(static_cast<std::int32_t>(n)) < 0 ? -1 : 1;
+            return to_array(std::move(sign));
+          },
+          "1 where the scalar rises into a node from its line, -1 where it falls.")
       .def_property_readonly("parent", view_property(&ComponentTree::parent_of_node), "-1 for a root.")
       .def_property_readonly("high_level", view_property(&ComponentTree::hi_of_node))
       .def_property_readonly("low_level",
@@ -318,7 +355,7 @@ void declare_trees(py::module_& module) {
           },
           py::arg("value"),
           "The component of each triangle in the level set at or next below a value of the scalar, numbered from 1 by "
-          "decreasing area; 0: in none.")
+          "decreasing area; 0: in none. Of shapes the smallest of those above and of those below the value.")
       .def(
           "simplify",
           [](const ComponentTree& t, double min_area, double min_persistence) {
@@ -338,6 +375,14 @@ void declare_trees(py::module_& module) {
              py::arg("threads") = 0,
              "The component tree of a scalar, one value a vertex. levels: how many, equal steps between two quantiles "
              "(range), or the levels themselves, in units of the scalar.");
+  module.def(
+      "build_tree_of_shapes", &build_shapes, py::arg("surface"), py::arg("values"), py::arg("levels") = 64,
+      py::arg("range") = std::pair<double, double>(0.02, 0.98), py::arg("root") = py::none(), py::arg("threads") = 0,
+      "The tree of shapes of a scalar, one value a vertex: high and low regions within each other in one tree, "
+      "holes in them filled. Select, label and describe as from a component tree; delta counts level lines. "
+      "levels and range: as for build_component_tree. root: a vertex outside all regions; None: what lies beyond "
+      "the longest rim, on a closed surface the place from which no region has more than half of the area. Raises "
+      "StageError for a surface with a handle.");
   module.def(
       "stability",
       [](const ComponentTree& tree, std::int32_t delta) {

@@ -29,12 +29,12 @@ inline const char* name_of(FittedShape shape) {
 
 /// A selected node that passed the filters (definitions 7, 8).
 struct Region {
-  Polarity polarity = Polarity::kUpper;
-  std::int32_t node = -1;       ///< in the tree of its polarity
-  std::int32_t parent = -1;     ///< label of the smallest region of the same polarity that contains it; -1: none
+  Polarity polarity = Polarity::kUpper;  ///< the side of its node: upper or lower
+  std::int32_t node = -1;       ///< in the tree that has_side(polarity)
+  std::int32_t parent = -1;     ///< label of the smallest region of the same tree that contains it; -1: none
   std::int32_t low_level = 0;   ///< lo of definitions 6, from 1
   std::int32_t high_level = 0;  ///< hi
-  double value = 0;             ///< h at lo, as a value of S (not of -S)
+  double value = 0;             ///< S on its line: h at lo (not of -S), of a shape the level of its outermost line
   std::int64_t num_triangles = 0;
   double area = 0;         ///< in coordinate units squared
   double stability = 0;    ///< q: 0 is perfectly stable; infinite for zero area
@@ -45,7 +45,7 @@ struct Region {
   Eigen::Vector3d mean_normal = Eigen::Vector3d::Zero();
   double level_length = 0;  ///< of the border where a triangle outside lies behind it
   double hole_length = 0;   ///< of the border along the mesh's own rim, inner loops included
-  std::int32_t depth = 0;   ///< how many regions of the same polarity contain it
+  std::int32_t depth = 0;   ///< how many regions of the same tree contain it
   std::int64_t euler = 0;   ///< 1 for a disc, 1 less for each hole in it; see NodeAttributes
   double flatness = 0;      ///< length of the integral of the normal over area: 1 on a plane
   Eigen::Vector3d box_min = Eigen::Vector3d::Zero(), box_max = Eigen::Vector3d::Zero();  ///< minus the origin

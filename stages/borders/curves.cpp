@@ -26,8 +26,9 @@ class CurveWalk {
         tree_(*region.tree),
         node_(region.node),
         first_node_(tree_.first_node_of_subtree[static_cast<std::size_t>(region.node)]),
-        sign_(tree_.polarity == Polarity::kLower ? -1 : 1),
-        level_(tree_.levels[static_cast<std::size_t>(tree_.lo(region.node) - 1)]) {}
+        sign_(tree_.sign(region.node)),
+        level_(sign_ * tree_.value(region.node)),
+        is_open_(tree_.polarity == Polarity::kShapes && sign_ < 0) {}
 
   std::vector<Point> run(std::span<const std::int32_t> loop) {
     for (std::size_t i = 0; i < loop.size(); ++i) turn(loop[i], loop[(i + 1) % loop.size()]);
@@ -61,7 +62,7 @@ class CurveWalk {
   Eigen::Vector3d crossing(std::int32_t border, std::int32_t outside) const {
     const double high = sign_ * values_[static_cast<std::size_t>(border)];
     const double low = sign_ * values_[static_cast<std::size_t>(outside)];
-    if (!(low < level_)) return position(border);
+    if (!(is_open_ ? low <= level_ : low < level_)) return position(border);
     return position(border) + (high - level_) / (high - low) * (position(outside) - position(border));
   }
 
@@ -121,6 +122,7 @@ class CurveWalk {
   const ComponentTree& tree_;
   std::int32_t node_, first_node_;
   double sign_, level_;
+  bool is_open_;  ///< inside S is less than the level, not equal to it
   std::vector<Point> points_;
   std::vector<std::int32_t> fan_;
 };

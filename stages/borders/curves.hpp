@@ -17,7 +17,7 @@ struct BorderRegion {
   std::int32_t node = -1;
 };
 
-/// For every loop the closed curve on which the linear S equals the region's level h, h at lo of its node.
+/// For every loop the closed curve on which the linear S equals the region's level h, the value of its node.
 ///
 /// `values`: #V, S itself whatever the polarity. `loops`: of extract_borders on the same surface; the region numbered r
 /// is regions[r - 1]. Curve l belongs to loop l. At each border vertex v the curve runs through the fan of outside

@@ -20,7 +20,7 @@ struct BordersParameters {
 /// The tree a region is a node of.
 const ComponentTree& tree_of(const LevelSetTrees& trees, const Region& region) {
   for (const ComponentTree& tree : trees.trees)
-    if (tree.polarity == region.polarity) return tree;
+    if (tree.has_side(region.polarity)) return tree;
   throw StageError("a region belongs to a tree that is not there; run tree and mser again");
 }
 

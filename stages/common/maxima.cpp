@@ -1,6 +1,7 @@
 #include "stages/common/maxima.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "stages/common/tree_nodes.hpp"
 
@@ -17,11 +18,28 @@ std::vector<double> finite_levels(std::span<const double> levels) {
   return finite;
 }
 
+std::vector<double> heights_of_levels(std::span<const double> levels) {
+  std::vector<double> heights(levels.begin(), levels.end());
+  if (heights.empty()) return {0};
+  const bool infinite = !std::isfinite(heights[0]);
+  if (!infinite) heights.insert(heights.begin(), -std::numeric_limits<double>::infinity());
+  heights = finite_levels(heights);
+  if (infinite) heights.insert(heights.begin(), heights[0]);
+  return heights;
+}
+
 Maxima find_maxima(const ComponentTree& tree) {
   const std::size_t num_nodes = tree.num_nodes();
-  const std::vector<double> levels = finite_levels(tree.levels);
+  const std::vector<double> heights = heights_of_levels(tree.levels);
   const std::vector<std::int32_t> smallest = smallest_triangle_of_nodes(tree);
-  const auto height = [&](std::size_t node) { return levels[static_cast<std::size_t>(tree.hi_of_node[node]) - 1]; };
+  const auto height = [&](std::size_t node) {
+    return heights[static_cast<std::size_t>(tree.own_level(static_cast<std::int32_t>(node)))];
+  };
+  // Of a tree of shapes: whether the node stands alone against what is around it, its parent.
+  const auto turns = [&](std::size_t node, std::size_t parent) {
+    return tree.polarity == Polarity::kShapes &&
+           (tree.parent_of_node[parent] < 0 || tree.side_of_node[node] != tree.side_of_node[parent]);
+  };
 
   Maxima maxima;
   maxima.highest_of_node.assign(num_nodes, -1);
@@ -37,10 +55,14 @@ Maxima find_maxima(const ComponentTree& tree) {
     std::int32_t& leaf = maxima.highest_of_node[n];
     if (leaf < 0) leaf = static_cast<std::int32_t>(n);
     if (tree.parent_of_node[n] < 0) {
-      ends_below(leaf, static_cast<std::int32_t>(n), levels.back() - levels.front());
+      ends_below(leaf, static_cast<std::int32_t>(n), heights.back() - heights[1]);
       continue;
     }
     const auto parent = static_cast<std::size_t>(tree.parent_of_node[n]);
+    if (turns(n, parent)) {
+      ends_below(leaf, static_cast<std::int32_t>(n), std::abs(height(static_cast<std::size_t>(leaf)) - height(parent)));
+      continue;
+    }
     std::int32_t& rival = maxima.highest_of_node[parent];
     if (rival < 0) {
       rival = leaf;
@@ -51,11 +73,11 @@ Maxima find_maxima(const ComponentTree& tree) {
     const bool higher =
         tree.hi_of_node[l] != tree.hi_of_node[r] ? tree.hi_of_node[l] > tree.hi_of_node[r] : smallest[l] < smallest[r];
     if (higher) {
-      ends_below(rival, through_child[parent], height(r) - height(parent));
+      ends_below(rival, through_child[parent], std::abs(height(r) - height(parent)));
       rival = leaf;
       through_child[parent] = static_cast<std::int32_t>(n);
     } else {
-      ends_below(leaf, static_cast<std::int32_t>(n), height(l) - height(parent));
+      ends_below(leaf, static_cast<std::int32_t>(n), std::abs(height(l) - height(parent)));
     }
   }
   return maxima;

@@ -6,10 +6,6 @@
 namespace meshmser {
 namespace {
 
-const char* name_of(Polarity polarity) {
-  return polarity == Polarity::kUpper ? "upper" : "lower";
-}
-
 /// Comma-separated cells of one row after the other.
 class Table {
  public:
@@ -87,14 +83,12 @@ void write_tree_csv(const std::filesystem::path& path, const LevelSetTrees& tree
     std::vector<std::int32_t> region_of_node(tree.num_nodes(), 0);
     if (segmentation != nullptr)
       for (std::size_t i = 0; i < segmentation->regions.size(); ++i)
-        if (segmentation->regions[i].polarity == tree.polarity && segmentation->regions[i].node >= 0)
+        if (tree.has_side(segmentation->regions[i].polarity) && segmentation->regions[i].node >= 0)
           region_of_node[static_cast<std::size_t>(segmentation->regions[i].node)] = static_cast<std::int32_t>(i + 1);
-    const double sign = tree.polarity == Polarity::kUpper ? 1 : -1;
     for (std::size_t n = 0; n < tree.num_nodes(); ++n) {
-      const std::int32_t low = tree.lo(static_cast<std::int32_t>(n)), high = tree.hi_of_node[n];
-      table << name_of(tree.polarity) << n << tree.parent_of_node[n] << low << high
-            << sign * tree.levels[static_cast<std::size_t>(low - 1)]
-            << sign * tree.levels[static_cast<std::size_t>(high - 1)]
+      const auto node = static_cast<std::int32_t>(n);
+      table << name_of(tree.side(node)) << n << tree.parent_of_node[n] << tree.lo(node) << tree.hi_of_node[n]
+            << tree.value(node) << tree.value_of_level(tree.own_level(node))
             << std::ldexp(static_cast<double>(tree.area_of_node[n]), -tree.area_exponent_of_node[n])
             << region_of_node[n];
       table.end_row();

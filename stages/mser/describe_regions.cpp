@@ -140,7 +140,6 @@ std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const
   const std::vector<std::int32_t> parents = parent_regions(trees, regions);
   for (std::size_t i = 0; i < trees.size(); ++i) {
     const ComponentTree& tree = trees[i];
-    const std::vector<double> levels = finite_levels(tree.levels);
     std::vector<std::int32_t> nodes;
     for (const SelectedNode& region : regions)
       if (region.tree == static_cast<std::int32_t>(i)) nodes.push_back(region.node);
@@ -153,13 +152,12 @@ std::vector<Region> describe_regions(const SurfaceView& surface, std::span<const
       const std::int32_t node = regions[r].node;
       const auto at = static_cast<std::size_t>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
       Region& region = described[r];
-      region.polarity = tree.polarity;
+      region.polarity = tree.side(node);
       region.node = node;
       region.parent = parents[r];
       region.low_level = tree.lo(node);
       region.high_level = tree.hi_of_node[static_cast<std::size_t>(node)];
-      const double low = levels[static_cast<std::size_t>(region.low_level) - 1];
-      region.value = tree.polarity == Polarity::kUpper ? low : -low;
+      region.value = tree.value(node);
       region.stability = stability_of_node(tree, selections[i].changes, node);
       region.persistence = selections[i].maxima.persistence_of_node(node);
       take(attributes[at], region);

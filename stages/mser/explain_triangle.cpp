@@ -41,7 +41,8 @@ ExplainedNode explain_node(const LevelSetTrees& level_sets, const RegionSelectio
   of.node = node;
   of.lo = tree.lo(node);
   of.hi = tree.hi_of_node[static_cast<std::size_t>(node)];
-  of.value = (tree.polarity == Polarity::kUpper ? 1 : -1) * tree.levels[static_cast<std::size_t>(of.lo) - 1];
+  of.value = tree.value(node);
+  of.side = tree.side(node);
   of.area = area_of_node(tree, node);
   of.stability = stability_of_node(tree, known.changes, node);
   of.persistence = known.maxima.persistence_of_node(node);

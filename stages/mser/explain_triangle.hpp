@@ -14,11 +14,12 @@ namespace meshmser {
 /// A node that holds the triangle, or a rival of one that does.
 struct ExplainedNode {
   std::int32_t node = -1;
-  std::int32_t lo = 0, hi = 0;  ///< the levels over which it is a component, from 1
-  double value = 0;             ///< h at lo, as a value of S (not of -S); infinite below all levels
-  double area = 0;              ///< in coordinate units squared
-  double stability = 0;         ///< q
-  double persistence = 0;       ///< of its highest maximum, in units of S
+  std::int32_t lo = 0, hi = 0;       ///< the levels over which it is a component, from 1
+  double value = 0;                  ///< S on its line: h at lo (not of -S); infinite below all levels
+  Polarity side = Polarity::kUpper;  ///< of its line: upper or lower
+  double area = 0;                   ///< in coordinate units squared
+  double stability = 0;              ///< q
+  double persistence = 0;            ///< of its highest maximum, in units of S
   double contrast = std::numeric_limits<double>::quiet_NaN();  ///< NaN: gone before it was measured
   NodeFate fate;
   std::int32_t region = 0;  ///< 1 + index of the region that it is; 0: none

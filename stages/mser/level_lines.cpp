@@ -110,12 +110,11 @@ std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<con
 
 std::vector<std::int32_t> select_level(const ComponentTree& tree, double value,
                                        std::span<const std::uint8_t> open_root_of_node, NodeFates* fates) {
-  const double signed_value = tree.polarity == Polarity::kUpper ? value : -value;
+  const double signed_value = tree.polarity == Polarity::kLower ? -value : value;
   const auto level = static_cast<std::int32_t>(std::upper_bound(tree.levels.begin(), tree.levels.end(), signed_value) -
                                                tree.levels.begin());
-  return select_if(tree, open_root_of_node, fates, NodeFate::Kind::kOtherLevel, [&](std::size_t n) {
-    return tree.lo(static_cast<std::int32_t>(n)) <= level && level <= tree.hi_of_node[n];
-  });
+  return select_if(tree, open_root_of_node, fates, NodeFate::Kind::kOtherLevel,
+                   [&](std::size_t n) { return tree.is_at(static_cast<std::int32_t>(n), level); });
 }
 
 }  // namespace meshmser

@@ -35,7 +35,8 @@ std::vector<std::int32_t> select_length(const ComponentTree& tree, std::span<con
                                         NodeFates* fates = nullptr);
 
 /// The components of the level set of one level: the greatest that is at most `value` (of S, not of -S); ascending;
-/// roots and fates as for select_length. None where `value` lies below every level.
+/// roots and fates as for select_length. Of a tree of shapes the parts above that level and those below it. None where
+/// `value` lies below every level.
 std::vector<std::int32_t> select_level(const ComponentTree& tree, double value,
                                        std::span<const std::uint8_t> open_root_of_node = {},
                                        NodeFates* fates = nullptr);

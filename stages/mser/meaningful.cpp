@@ -81,7 +81,8 @@ std::vector<std::int32_t> select_meaningful(const ComponentTree& tree, std::span
   std::vector<std::int32_t> section(num_nodes), best(num_nodes, -1);
   for (std::size_t n = num_nodes; n-- > 0;) {
     const std::int32_t parent = tree.parent_of_node[n];
-    const bool joined = parent >= 0 && num_children[static_cast<std::size_t>(parent)] == 1;
+    const bool joined = parent >= 0 && num_children[static_cast<std::size_t>(parent)] == 1 &&
+                        tree.side(static_cast<std::int32_t>(n)) == tree.side(parent);
     section[n] = joined ? section[static_cast<std::size_t>(parent)] : static_cast<std::int32_t>(n);
     if (has_no_line(n)) continue;
     std::int32_t& of_section = best[static_cast<std::size_t>(section[n])];

@@ -47,9 +47,9 @@ std::vector<double> log_false_alarms(std::size_t num_nodes, std::span<const Leve
                                      const GradientShare& share, const ChanceParameters& parameters);
 
 /// The maximal meaningful nodes, ascending: of each monotone section of the tree (nodes joined by links to an only
-/// child) the one of fewest false alarms, ties to the larger, where these are at most 10^`log_most`. Roots only where
-/// marked in `open_root_of_node` (see open_roots). `fates` (#N), where given, tells why not of every other node. O(N).
-/// Desolneux, Moisan, Morel, as above.
+/// child, of a tree of shapes one of the same side) the one of fewest false alarms, ties to the larger, where these are
+/// at most 10^`log_most`. Roots only where marked in `open_root_of_node` (see open_roots). `fates` (#N), where given,
+/// tells why not of every other node. O(N). Desolneux, Moisan, Morel, as above.
 std::vector<std::int32_t> select_meaningful(const ComponentTree& tree, std::span<const double> log_alarms_of_node,
                                             double log_most, std::span<const std::uint8_t> open_root_of_node = {},
                                             NodeFates* fates = nullptr);

@@ -22,6 +22,22 @@
 namespace meshmser {
 namespace {
 
+bool selects_by_maxima(const SegmentParameters& parameters) {
+  return parameters.select == Select::kPersistence || parameters.select == Select::kStableBranch;
+}
+
+void check_for_shapes(const SegmentParameters& parameters) {
+  if (selects_by_maxima(parameters))
+    throw StageError(
+        "mser.select: persistence and stable_branch part a surface between its maxima, but a tree of shapes "
+        "holds maxima and minima within each other; select mser, length, level or meaningful, or take "
+        "another tree.polarity");
+  if (parameters.delta_value > 0)
+    throw StageError(
+        "mser.delta_value: a tree of shapes counts level lines, whatever their step; give mser.delta, a "
+        "number of them");
+}
+
 void check(const SegmentInputs& inputs, const SegmentParameters& parameters) {
   const std::size_t num_triangles = inputs.surface.triangles.size(), num_vertices = inputs.surface.positions.size();
   const auto expect = [](std::string_view what, std::size_t is, std::size_t expected) {
@@ -34,8 +50,10 @@ void check(const SegmentInputs& inputs, const SegmentParameters& parameters) {
   expect("the scalar", level_sets.values.size(), num_vertices);
   if (!level_sets.excluded_of_triangle.empty())
     expect("the list of excluded triangles", level_sets.excluded_of_triangle.size(), num_triangles);
-  for (const ComponentTree& tree : level_sets.trees)
+  for (const ComponentTree& tree : level_sets.trees) {
     expect("a tree's list of triangles", tree.node_of_triangle.size(), num_triangles);
+    if (tree.polarity == Polarity::kShapes) check_for_shapes(parameters);
+  }
   if (!inputs.strength.empty()) expect("the strength", inputs.strength.size(), num_vertices);
   if (!inputs.curvature.empty()) expect("the curvature", inputs.curvature.size(), num_vertices);
   if (parameters.grow == Grow::kWatershed && parameters.flood_by == FloodBy::kFacets) {
@@ -101,10 +119,6 @@ std::vector<std::int32_t> leaves_of(const Maxima& maxima) {
   for (std::size_t n = 0; n < maxima.top_of_leaf.size(); ++n)
     if (maxima.top_of_leaf[n] >= 0) leaves.push_back(static_cast<std::int32_t>(n));
   return leaves;
-}
-
-bool selects_by_maxima(const SegmentParameters& parameters) {
-  return parameters.select == Select::kPersistence || parameters.select == Select::kStableBranch;
 }
 
 std::vector<std::int32_t> select_nodes(const SegmentInputs& inputs, const ComponentTree& tree,
@@ -195,10 +209,9 @@ void filter_selections(const SurfaceView& surface, const LevelSetTrees& level_se
     measure_contrasts();
     const double noise = std::isfinite(level_sets.noise) ? level_sets.noise : noise_of_values(surface, triangle_values);
     filtering.apply("min_contrast", [&](std::size_t i, const TreeSelection& of) {
-      const double sign = trees[i].polarity == Polarity::kUpper ? 1 : -1;
       std::vector<std::int32_t> kept;
       for (const std::int32_t node : of.selected)
-        if (sign * contrasts[i].of(node) >= parameters.min_contrast * noise) kept.push_back(node);
+        if (trees[i].sign(node) * contrasts[i].of(node) >= parameters.min_contrast * noise) kept.push_back(node);
       return kept;
     });
   }
@@ -366,9 +379,9 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
         const Region& region = segmentation.regions[static_cast<std::size_t>(patches.number_of_patch[p]) - 1];
         levels.push_back({region.value, region.polarity == Polarity::kUpper});
       }
-      labels = fill_cut_triangles(surface, labels, levels,
-                                  triangle_means(surface, finite(level_sets.values), execution),
-                                  level_sets.excluded_of_triangle);
+      labels =
+          fill_cut_triangles(surface, labels, levels, triangle_means(surface, finite(level_sets.values), execution),
+                             level_sets.excluded_of_triangle);
     }
     const std::vector<std::int32_t> grown = grow_and_merge(inputs, std::move(labels), areas, parameters, execution);
     Patches final_patches = split_patches(surface.twins, grown, areas);

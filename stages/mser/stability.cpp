@@ -80,6 +80,8 @@ std::vector<std::int64_t> change_of_nodes(const ComponentTree& tree, std::int32_
 
 std::vector<std::int64_t> change_of_nodes_by_value(const ComponentTree& tree, double delta) {
   if (!(delta > 0)) throw StageError("delta is " + std::to_string(delta) + "; expected more than 0");
+  if (tree.polarity == Polarity::kShapes)
+    throw StageError("a tree of shapes counts level lines: its delta is a whole number of them, not a value of S");
   const std::vector<double> levels = finite_levels(tree.levels);
   std::vector<std::int32_t> lower, upper;
   for (const double level : levels) {

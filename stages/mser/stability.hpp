@@ -20,7 +20,8 @@ std::vector<std::int64_t> change_of_nodes(const ComponentTree& tree, std::int32_
 /// The same with `delta` > 0 in units of S: Up is taken at the greatest level at least that far below h at m (at the
 /// lowest, where there is none), Down at the least level at least that far above. An infinite h_1 counts as in
 /// finite_levels. Levels at just these distances are there where make_levels was told to insert them. Throws StageError
-/// for a delta that is not positive. Digne et al. 2010, section 3.
+/// for a delta that is not positive, and for a tree of shapes, whose levels lie along lines of unlike steps. Digne et
+/// al. 2010, section 3.
 std::vector<std::int64_t> change_of_nodes_by_value(const ComponentTree& tree, double delta);
 
 /// Compares change_a / area_a with change_b / area_b without rounding; an area of 0 stands for infinity.

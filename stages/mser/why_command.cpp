@@ -163,20 +163,28 @@ std::string label_words(const Segmentation& segmentation, std::int32_t region, s
 void print_path(const LevelSetTrees& trees, const RegionSelection& selection, const std::vector<NodeFates>& fates,
                 std::size_t tree_index, std::int32_t triangle, const SegmentParameters& parameters) {
   const ComponentTree& tree = trees.trees[tree_index];
-  const bool upper = tree.polarity == Polarity::kUpper;
+  const bool upper = tree.polarity == Polarity::kUpper, shapes = tree.polarity == Polarity::kShapes;
   const std::vector<ExplainedNode> path = explain_triangle(trees, selection, fates, tree_index, triangle);
-  fmt::print("\n{} tree, {} nodes from the triangle's own to the root\n", upper ? "upper" : "lower", path.size());
+  fmt::print("\n{}, {} nodes from the triangle's own to the root\n",
+             shapes ? "tree of shapes" : fmt::format("{} tree", name_of(tree.polarity)), path.size());
   if (path.empty()) {
     fmt::print("  none: the triangle is {} the first level\n", upper ? "below" : "above");
     return;
   }
-  fmt::print("{:>10}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}  {}\n", "node", "levels", upper ? "S from" : "S to", "area",
-             "q", "persistence", "fate");
+  fmt::print("{:>10}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}  {}\n", "node", "levels",
+             shapes  ? "S"
+             : upper ? "S from"
+                     : "S to",
+             "area", "q", "persistence", "fate");
+  const auto value_of = [&](const ExplainedNode& node) {
+    if (!shapes || !std::isfinite(node.value)) return number(node.value);
+    return fmt::format("{} {}", node.side == Polarity::kUpper ? ">=" : "<", number(node.value));
+  };
   const auto print_nodes = [&](const std::vector<ExplainedNode>& nodes) {
     for (const ExplainedNode& node : nodes)
       fmt::print("{:>10}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}  {}\n", node.node,
                  node.lo == node.hi ? fmt::format("{}", node.lo) : fmt::format("{}-{}", node.lo, node.hi),
-                 number(node.value), number(node.area), number(node.stability), number(node.persistence),
+                 value_of(node), number(node.area), number(node.stability), number(node.persistence),
                  words(node, selection, selection.selections[tree_index], tree, parameters));
   };
   print_nodes(path);

@@ -30,10 +30,6 @@ Json vector3(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-const char* name_of(Polarity polarity) {
-  return polarity == Polarity::kUpper ? "upper" : "lower";
-}
-
 /// The page says these as sentences.
 const char* name_of(NodeFate::Kind kind) {
   using Kind = NodeFate::Kind;
@@ -402,12 +398,17 @@ class Page {
       writer_.add(name + "_area", std::span<const float>(areas));
       writer_.add(name + "_node", std::span<const std::int32_t>(of_triangle));
       Json shown{{"polarity", name}, {"num_nodes", n}, {"least_area", least}};
-      const double sign = tree.polarity == Polarity::kUpper ? 1 : -1;
-      for (const double level : tree.levels) shown["levels"].push_back(number(sign * level));
+      // Levels of shapes count lines, which have no common value.
+      shown["num_levels"] = tree.levels.size();
+      if (tree.polarity == Polarity::kShapes)
+        shown["num_levels"] = hi.empty() ? 1 : *std::max_element(hi.begin(), hi.end());
+      else
+        for (std::size_t level = 1; level <= tree.levels.size(); ++level)
+          shown["levels"].push_back(number(tree.value_of_level(static_cast<std::int32_t>(level))));
       shown["node_of_region"] = Json::array();
       if (c_.segmentation != nullptr)
         for (const Region& region : c_.segmentation->regions)
-          shown["node_of_region"].push_back(region.polarity == tree.polarity && region.node >= 0
+          shown["node_of_region"].push_back(tree.has_side(region.polarity) && region.node >= 0
                                                 ? shown_node[static_cast<std::size_t>(region.node)]
                                                 : -1);
       if (c_.segmentation != nullptr && k < c_.segmentation->fates.size() &&

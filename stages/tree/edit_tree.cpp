@@ -28,8 +28,7 @@ std::int32_t level_of_value(const ComponentTree& tree, double value) {
 TreeCut cut_tree(const ComponentTree& tree, std::int32_t level) {
   TreeCut cut;
   for (std::size_t n = 0; n < tree.num_nodes(); ++n)
-    if (tree.lo(static_cast<std::int32_t>(n)) <= level && level <= tree.hi_of_node[n])
-      cut.nodes.push_back(static_cast<std::int32_t>(n));
+    if (tree.is_at(static_cast<std::int32_t>(n), level)) cut.nodes.push_back(static_cast<std::int32_t>(n));
   std::stable_sort(cut.nodes.begin(), cut.nodes.end(),
                    [&](std::int32_t a, std::int32_t b) { return area_of_node(tree, a) > area_of_node(tree, b); });
   std::vector<std::int32_t> component(tree.num_nodes(), 0);
@@ -56,6 +55,9 @@ std::vector<std::uint8_t> nodes_of_persistence(const ComponentTree& tree, double
   std::vector<std::uint8_t> keep(tree.num_nodes());
   for (std::size_t n = 0; n < keep.size(); ++n)
     keep[n] = tree.parent_of_node[n] < 0 || maxima.persistence_of_node(static_cast<std::int32_t>(n)) >= min_persistence;
+  // A high bump may stand in a shallow pit.
+  for (std::size_t n = 0; n < keep.size(); ++n)
+    if (keep[n] != 0 && tree.parent_of_node[n] >= 0) keep[static_cast<std::size_t>(tree.parent_of_node[n])] = 1;
   return keep;
 }
 
@@ -89,6 +91,9 @@ ComponentTree simplify_tree(const ComponentTree& tree, std::span<const std::uint
     result.area_of_node.push_back(tree.area_of_node[i]);
     result.area_exponent_of_node.push_back(tree.area_exponent_of_node[i]);
     result.first_node_of_subtree.push_back(number[i]);
+    if (tree.polarity != Polarity::kShapes) continue;
+    result.side_of_node.push_back(tree.side_of_node[i]);
+    result.own_level_of_node.push_back(tree.own_level_of_node[i]);
   }
   // Children stand before their parents, so each first node is final when it is handed up.
   for (std::size_t i = 0; i < result.num_nodes(); ++i)
@@ -103,34 +108,37 @@ ComponentTree simplify_tree(const ComponentTree& tree, std::span<const std::uint
 }
 
 std::vector<double> reconstruct_triangle_values(const ComponentTree& tree) {
-  std::vector<double> levels = finite_levels(tree.levels);
-  // With one finite level there is no step to go by, and the lowest must still be told from it.
-  if (levels.size() == 2 && std::isinf(tree.levels[0])) levels[0] = levels[1] - std::max(1.0, std::abs(levels[1]));
+  std::vector<double> heights = heights_of_levels(tree.levels);
+  // With one finite level there is no step to go by, and what is below must still be told from it.
+  const std::size_t num_below = tree.levels.empty() ? 0 : std::isinf(tree.levels[0]) ? 2 : 1;
+  if (heights.size() == num_below + 1)
+    for (std::size_t k = 0; k < num_below; ++k) heights[k] = heights.back() - std::max(1.0, std::abs(heights.back()));
   std::vector<double> values;
   values.reserve(tree.node_of_triangle.size());
   for (const std::int32_t node : tree.node_of_triangle)
-    values.push_back(node < 0
-                         ? kNan
-                         : sign_of(tree) *
-                               levels[static_cast<std::size_t>(tree.hi_of_node[static_cast<std::size_t>(node)]) - 1]);
+    values.push_back(node < 0 ? kNan : sign_of(tree) * heights[static_cast<std::size_t>(tree.own_level(node))]);
   return values;
 }
 
 std::vector<double> reconstruct_vertex_values(const ComponentTree& tree, std::span<const double> values_of_triangle,
                                               std::span<const std::array<std::int32_t, 3>> triangles,
                                               std::size_t num_vertices) {
-  if (values_of_triangle.size() != triangles.size())
-    throw StageError(std::to_string(values_of_triangle.size()) + " values are given for " +
+  if (values_of_triangle.size() != triangles.size() || tree.node_of_triangle.size() != triangles.size())
+    throw StageError(std::to_string(values_of_triangle.size()) + " values and a tree of " +
+                     std::to_string(tree.node_of_triangle.size()) + " triangles are given for " +
                      std::to_string(triangles.size()) + " triangles");
-  const double sign = sign_of(tree);
   std::vector<double> values(num_vertices, kNan);
+  // The greatest level met at each vertex, which in every tree is that of the smallest node.
+  std::vector<std::int32_t> level_of_vertex(num_vertices, 0);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const double here = values_of_triangle[t];
-    if (std::isnan(here)) continue;
-    for (const std::int32_t v : triangles[t]) {
-      double& value = values[static_cast<std::size_t>(v)];
-      if (!(sign * value >= sign * here)) value = here;
-    }
+    if (std::isnan(here) || tree.node_of_triangle[t] < 0) continue;
+    const std::int32_t level = tree.hi_of_node[static_cast<std::size_t>(tree.node_of_triangle[t])];
+    for (const std::int32_t v : triangles[t])
+      if (level > level_of_vertex[static_cast<std::size_t>(v)]) {
+        level_of_vertex[static_cast<std::size_t>(v)] = level;
+        values[static_cast<std::size_t>(v)] = here;
+      }
   }
   return values;
 }

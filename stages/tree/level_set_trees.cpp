@@ -13,6 +13,7 @@
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/fallen_rim.hpp"
 #include "stages/tree/local_mean.hpp"
+#include "stages/tree/tree_of_shapes.hpp"
 
 namespace meshmser {
 namespace {
@@ -41,6 +42,45 @@ void refuse_values_that_are_not_finite(const VertexScalar& scalar) {
     throw StageError("the scalar '" + scalar.name + "' is not finite at vertex " + std::to_string(first) +
                      (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
                      "; mend it, or leave such triangles out with 'nan: exclude'");
+}
+
+std::vector<Polarity> polarities_of(PolarityChoice choice) {
+  switch (choice) {
+    case PolarityChoice::kUpper:
+      return {Polarity::kUpper};
+    case PolarityChoice::kLower:
+      return {Polarity::kLower};
+    case PolarityChoice::kShapes:
+      return {Polarity::kShapes};
+    case PolarityChoice::kBoth:
+      break;
+  }
+  return {Polarity::kUpper, Polarity::kLower};
+}
+
+/// The levels of S, or of -S, and of its vertices in them. `values`: #V, NaN where a vertex does not count.
+RankedValues quantise(std::span<const double> values, std::span<const double> weights, const LevelParameters& levels,
+                      bool lower, const Execution& execution) {
+  if (levels.rule == LevelRule::kEveryValue && !(levels.delta_value > 0))
+    return rank_values(values, lower ? -1 : 1, execution);
+  RankedValues quantised;
+  quantised.levels = make_levels(values, weights, levels, lower);
+  quantised.level_of_vertex = levels_of_vertices(values, quantised.levels, lower ? -1 : 1, execution);
+  return quantised;
+}
+
+/// Of the vertices that count the one nearest to a point, ties to the smallest; -1: there is none.
+std::int32_t nearest_vertex(std::span<const Eigen::Vector3d> positions, std::span<const double> values,
+                            const Eigen::Vector3d& point) {
+  std::int32_t nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const double distance = (positions[v] - point).squaredNorm();
+    if (std::isnan(values[v]) || !(distance < least)) continue;
+    least = distance;
+    nearest = static_cast<std::int32_t>(v);
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -99,9 +139,8 @@ LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const Vertex
   LevelParameters levels = parameters.levels;
   levels.noise = out.noise;
 
-  std::vector<Polarity> polarities;
-  if (parameters.polarity != PolarityChoice::kLower) polarities.push_back(Polarity::kUpper);
-  if (parameters.polarity != PolarityChoice::kUpper) polarities.push_back(Polarity::kLower);
+  if (parameters.root) result.root_vertex = nearest_vertex(mesh.positions, remaining, *parameters.root);
+  const std::vector<Polarity> polarities = polarities_of(parameters.polarity);
   // Two trees know nothing of each other, so that each has half of the threads.
   const int threads = thread_count(execution);
   Execution for_one = execution;
@@ -109,22 +148,17 @@ LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const Vertex
   out.trees.resize(polarities.size());
   run_jobs(polarities.size(), threads, [&](std::size_t i) {
     execution.check();
-    const bool lower = polarities[i] == Polarity::kLower;
-    std::vector<double> heights;
-    std::vector<std::int32_t> level_of_vertex;
-    if (levels.rule == LevelRule::kEveryValue && !(levels.delta_value > 0)) {
-      RankedValues ranked = rank_values(remaining, lower ? -1 : 1, for_one);
-      heights = std::move(ranked.levels);
-      level_of_vertex = std::move(ranked.level_of_vertex);
-    } else {
-      heights = make_levels(remaining, weights, levels, lower);
-      level_of_vertex = levels_of_vertices(remaining, heights, lower ? -1 : 1, for_one);
+    RankedValues ranked = quantise(remaining, weights, levels, polarities[i] == Polarity::kLower, for_one);
+    if (polarities[i] == Polarity::kShapes) {
+      out.trees[i] = build_tree_of_shapes({mesh.positions, mesh.triangles, twins}, areas, ranked.level_of_vertex,
+                                          ranked.levels, out.excluded_of_triangle, result.root_vertex, for_one);
+      return;
     }
     const std::vector<std::int32_t> level =
-        levels_of_triangles(mesh.triangles, level_of_vertex, out.excluded_of_triangle, for_one);
-    out.trees[i] = build_component_tree(twins, areas, level, static_cast<std::int32_t>(heights.size()), for_one);
+        levels_of_triangles(mesh.triangles, ranked.level_of_vertex, out.excluded_of_triangle, for_one);
+    out.trees[i] = build_component_tree(twins, areas, level, static_cast<std::int32_t>(ranked.levels.size()), for_one);
     out.trees[i].polarity = polarities[i];
-    out.trees[i].levels = std::move(heights);
+    out.trees[i].levels = std::move(ranked.levels);
   });
   return result;
 }

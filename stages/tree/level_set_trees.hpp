@@ -2,6 +2,9 @@
 /// From a mesh and a scalar on its vertices to its trees: exclusion, detrending, transform, levels, one tree a polarity
 /// (definitions 5 and 6).
 
+#include <Eigen/Core>
+#include <optional>
+
 #include "pipeline/artifacts/level_set_trees.hpp"
 #include "pipeline/artifacts/triangle_mesh.hpp"
 #include "pipeline/execution/execution.hpp"
@@ -17,7 +20,7 @@ enum class NanPolicy {
   kError,   ///< a value that is not finite is an error that names the vertex
   kExclude  ///< triangles that touch one are excluded
 };
-enum class PolarityChoice { kUpper, kLower, kBoth };
+enum class PolarityChoice { kUpper, kLower, kBoth, kShapes };
 
 struct LevelSetTreesParameters {
   ScalarTransform transform = ScalarTransform::kIdentity;
@@ -30,18 +33,21 @@ struct LevelSetTreesParameters {
   NanPolicy nan = NanPolicy::kAuto;
   LevelParameters levels;  ///< its noise, where NaN, is the scalar's own
   PolarityChoice polarity = PolarityChoice::kBoth;
+  std::optional<Eigen::Vector3d> root;  ///< of shapes, minus the mesh's origin: the vertex nearest to it is the root
 };
 
 struct LevelSetTreesResult {
   LevelSetTrees trees;
-  double fallen_depth = 0;  ///< asked for or measured, where `fallen_rim`
-  Exclusion exclusion;      ///< its triangles are in `trees`; the counts are for the report
+  double fallen_depth = 0;        ///< asked for or measured, where `fallen_rim`
+  Exclusion exclusion;            ///< its triangles are in `trees`; the counts are for the report
+  std::int32_t root_vertex = -1;  ///< the vertex nearest to `root`; -1: none was asked for
 };
 
 /// Builds the trees. Excluded triangles leave first; the local mean is over what remains (with `detrend_clip`, the
 /// clipped one, which neither lines nor a sharp edge tilt);
-/// then the transform; the levels are laid over the vertices of what remains. Trees: upper, then lower. Throws
-/// StageError for values that are not finite where they are an error, and where the level rule lacks what it needs.
+/// then the transform; the levels are laid over the vertices of what remains. Trees: upper, then lower, or that of the
+/// shapes, with the levels of the upper one. Throws StageError for values that are not finite where they are an error,
+/// where the level rule lacks what it needs, and for shapes on a surface with a handle (see build_tree_of_shapes).
 /// Linear time but for detrending and sorting by value; the same bytes on any number of threads.
 LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const VertexScalar& scalar,
                                           const LevelSetTreesParameters& parameters, const Execution& execution = {});

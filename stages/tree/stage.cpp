@@ -33,8 +33,10 @@ struct EnumNames<LevelRule> {
 };
 template <>
 struct EnumNames<PolarityChoice> {
-  static constexpr std::pair<PolarityChoice, const char*> values[] = {
-      {PolarityChoice::kUpper, "upper"}, {PolarityChoice::kLower, "lower"}, {PolarityChoice::kBoth, "both"}};
+  static constexpr std::pair<PolarityChoice, const char*> values[] = {{PolarityChoice::kUpper, "upper"},
+                                                                      {PolarityChoice::kLower, "lower"},
+                                                                      {PolarityChoice::kBoth, "both"},
+                                                                      {PolarityChoice::kShapes, "shapes"}};
 };
 
 namespace {
@@ -59,6 +61,7 @@ struct TreeParameters {
   std::optional<double> noise;
   double delta_value = 0;
   PolarityChoice polarity = PolarityChoice::kBoth;
+  std::optional<std::array<double, 3>> root;
 };
 
 Scale scale_of(const TriangleMesh& mesh) {
@@ -118,7 +121,7 @@ LevelSetTreesParameters resolve(const TreeParameters& given, const VertexScalar&
 }  // namespace
 
 struct TreeStage {
-  static constexpr StageInfo info{"tree", 2,
+  static constexpr StageInfo info{"tree", 3,
                                   "Builds the tree of the level sets of a scalar on the mesh [Digne et al. 2010]."};
   using Parameters = TreeParameters;
 
@@ -168,7 +171,13 @@ struct TreeStage {
                 "Standard deviation of the scalar's noise, where the stage that made it does not know it.");
     s.parameter("delta_value", &P::delta_value, at_least(0), "scalar",
                 "Adds a level this far on both sides of each level.");
-    s.parameter("polarity", &P::polarity, "Trees of high regions (upper), of low ones (lower), or both.");
+    s.parameter(
+        "polarity", &P::polarity,
+        "Trees of high regions (upper), of low ones (lower), or both; or one tree of high and low regions within "
+        "each other, holes in them filled (shapes), on surfaces without handles.");
+    s.parameter("root", &P::root, Range{}, "coordinates",
+                "For shapes: a place outside all regions, the vertex nearest to x, y, z; none: what lies beyond the "
+                "longest rim, on a closed surface the middle.");
   }
 
   /// A scalar named with its stage needs that stage alone.
@@ -190,6 +199,8 @@ struct TreeStage {
       problems.emplace_back("range", "the first quantile must be less than the second");
     if (p.value_range && !((*p.value_range)[0] < (*p.value_range)[1]))
       problems.emplace_back("value_range", "the first value must be less than the second");
+    if (p.root && p.polarity != PolarityChoice::kShapes)
+      problems.emplace_back("root", "only polarity: shapes has a root to choose; leave root out, or take shapes");
     return problems;
   }
 
@@ -198,8 +209,11 @@ struct TreeStage {
     std::vector<StageFields> fields;
     for (const auto& [stage, scalars] : inputs.all<ScalarFields>("scalars")) fields.push_back({stage, scalars});
     const VertexScalar scalar = find_vertex_scalar(parameters.scalar, fields, mesh, inputs.find<PointCloud>("cloud"));
-    LevelSetTreesResult result =
-        build_level_set_trees(mesh, scalar, resolve(parameters, scalar, scale_of(mesh)), context.execution());
+    LevelSetTreesParameters resolved = resolve(parameters, scalar, scale_of(mesh));
+    if (parameters.root)
+      resolved.root =
+          Eigen::Vector3d((*parameters.root)[0], (*parameters.root)[1], (*parameters.root)[2]) - mesh.origin;
+    LevelSetTreesResult result = build_level_set_trees(mesh, scalar, resolved, context.execution());
 
     const Exclusion& exclusion = result.exclusion;
     const auto num_triangles = static_cast<std::int64_t>(mesh.num_triangles());
@@ -208,7 +222,7 @@ struct TreeStage {
     context.report("num_excluded_near_rim", exclusion.num_near_rim);
     if (parameters.fallen_rim) context.report("fallen_depth", result.fallen_depth, context.units());
     for (const ComponentTree& tree : result.trees.trees) {
-      const std::string side = tree.polarity == Polarity::kUpper ? "_upper" : "_lower";
+      const std::string side = std::string("_") + name_of(tree.polarity);
       std::int64_t roots = 0;
       for (const std::int32_t parent : tree.parent_of_node) roots += parent < 0;
       context.report("num_levels" + side, static_cast<std::int64_t>(tree.levels.size()));
@@ -221,6 +235,7 @@ struct TreeStage {
           break;
         }
     }
+    if (result.root_vertex >= 0) context.report("root_vertex", std::int64_t{result.root_vertex});
     if (std::isfinite(result.trees.noise)) context.report("noise", result.trees.noise, result.trees.unit);
     if (num_triangles > 0 && exclusion.num_nan + exclusion.num_near_rim == num_triangles)
       context.warn("every triangle is left out (" + std::to_string(exclusion.num_nan) +

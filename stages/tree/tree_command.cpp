@@ -29,10 +29,6 @@ Shared<T> take(CommandHost& host, const CommandArguments& arguments, const char*
   return std::get<Shared<T>>(*artifact);
 }
 
-const char* name_of(Polarity polarity) {
-  return polarity == Polarity::kUpper ? "upper" : "lower";
-}
-
 double number_of(const CommandArguments& arguments, const char* command, const std::string& option, double least) {
   const std::string text = arguments.get(option);
   double value = 0;
@@ -57,7 +53,8 @@ ComponentTree wanted_tree(const LevelSetTrees& trees, const CommandArguments& ar
     return polarity.empty() || polarity == name_of(tree.polarity);
   });
   if (found == trees.trees.end())
-    throw UsageError(fmt::format("{}: the configuration makes no {} tree; see tree.polarity", command, polarity));
+    throw UsageError(fmt::format("{}: the configuration makes no {}; see tree.polarity", command,
+                                 polarity == "shapes" ? "tree of shapes" : polarity + " tree"));
   ComponentTree tree = *found;
   if (arguments.find("--min-area"))
     tree = simplify_tree(tree, nodes_of_area(tree, number_of(arguments, command, "--min-area", 0)));
@@ -112,20 +109,27 @@ int run_tree(const CommandArguments& arguments, CommandHost& host) {
   const std::string path = out_path(arguments, "tree", ".json");
   const auto trees = take<LevelSetTrees>(host, arguments, "tree", "a tree");
   const ComponentTree tree = wanted_tree(*trees, arguments, "tree");
-  const double sign = tree.polarity == Polarity::kLower ? -1 : 1;
   JsonFile file(path);
   file.text("format", "meshmser tree");
   file.number("version", 1);
   file.text("polarity", name_of(tree.polarity));
   file.text("scalar", trees->scalar);
   file.text("unit", trees->unit);
-  file.list("levels", tree.levels.size(), [&](std::size_t k) { return sign * tree.levels[k]; });
+  file.list("levels", tree.levels.size(),
+            [&](std::size_t k) { return tree.value_of_level(static_cast<std::int32_t>(k) + 1); });
   file.list("parent", tree.num_nodes(), [&](std::size_t n) { return tree.parent_of_node[n]; });
   file.list("level", tree.num_nodes(), [&](std::size_t n) { return tree.hi_of_node[n]; });
   file.list("area", tree.num_nodes(), [&](std::size_t n) { return area_of_node(tree, static_cast<std::int32_t>(n)); });
   file.list("node_of_triangle", tree.node_of_triangle.size(), [&](std::size_t t) { return tree.node_of_triangle[t]; });
+  if (tree.polarity == Polarity::kShapes) {
+    const auto node = [](std::size_t n) { return static_cast<std::int32_t>(n); };
+    file.list("value", tree.num_nodes(), [&](std::size_t n) { return tree.value(node(n)); });
+    file.list("sign", tree.num_nodes(), [&](std::size_t n) { return static_cast<int>(tree.sign(node(n))); });
+  }
   file.finish();
-  fmt::print("{} nodes of the {} tree: {}\n", tree.num_nodes(), name_of(tree.polarity), path);
+  fmt::print("{} nodes of the {}: {}\n", tree.num_nodes(),
+             tree.polarity == Polarity::kShapes ? "tree of shapes" : fmt::format("{} tree", name_of(tree.polarity)),
+             path);
   return static_cast<int>(ExitCode::kOk);
 }
 
@@ -186,7 +190,7 @@ int run_reconstruct(const CommandArguments& arguments, CommandHost& host) {
 
 CommandDefinition with_tree_options(CommandDefinition command) {
   const std::vector<CommandOption> more = {
-      {.name = "--polarity", .description = "which tree; without: the first", .choices = {"upper", "lower"}},
+      {.name = "--polarity", .description = "which tree; without: the first", .choices = {"upper", "lower", "shapes"}},
       {"--min-area", "razes every component smaller than this, in coordinate units squared, first"},
       {"--min-persistence", "removes every maximum that lasts less than this, in units of the scalar, first"},
       {"--set", "STAGE.KEY=VALUE: changes the configuration", false, true}};

@@ -376,47 +376,31 @@ void check_genus(const SurfaceView& surface, const Spheres& spheres, const Roote
       throw StageError("the tree of shapes needs a surface without handles, but the component of triangle " +
                        std::to_string(t) + " has " + std::to_string((4 - twice) / 4) +
                        ": on it a closed line need not part the inside from the outside; cut the handles open, or "
-                       "build an upper and a lower tree");
+                       "build an upper and a lower tree (polarity: both)");
   }
 }
 
-/// S on the line of every node, and whether the node lies above or below it.
-void tell_lines(const Ids& vertex_of_triangle, const Rooted& rooted, const Ids& level, std::span<const double> levels,
-                TreeOfShapes& shapes) {
-  const ComponentTree& tree = shapes.tree;
-  shapes.value_of_node.assign(tree.num_nodes(), -std::numeric_limits<double>::infinity());
-  shapes.side_of_node.assign(tree.num_nodes(), Polarity::kUpper);
+/// Whether every node lies above or below its line, and the level of its own triangles.
+void tell_lines(const Ids& vertex_of_triangle, const Rooted& rooted, const Ids& level, ComponentTree& tree) {
+  tree.side_of_node.assign(tree.num_nodes(), Polarity::kUpper);
+  tree.own_level_of_node.assign(tree.num_nodes(), 0);
   Ids vertex_of_node(tree.num_nodes(), -1);
   for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t)
     if (tree.node_of_triangle[t] >= 0) vertex_of_node[at(tree.node_of_triangle[t])] = vertex_of_triangle[t];
   for (std::size_t n = 0; n < tree.num_nodes(); ++n) {
+    tree.own_level_of_node[n] = level[at(vertex_of_node[n])];
     if (tree.parent_of_node[n] < 0) continue;
-    const std::int32_t lo = tree.lo(static_cast<std::int32_t>(n));
-    const std::int32_t inside = rooted.top_within(vertex_of_node[n], lo), outside = rooted.parent[at(inside)];
-    const std::int32_t lines = lo - rooted.thresholds[at(outside)];
-    const bool bright = level[at(inside)] > level[at(outside)];
-    const std::int32_t threshold = bright ? level[at(outside)] + lines : level[at(outside)] - lines + 1;
-    shapes.value_of_node[n] = levels[at(threshold) - 1];
-    shapes.side_of_node[n] = bright ? Polarity::kUpper : Polarity::kLower;
+    const std::int32_t inside = rooted.top_within(vertex_of_node[n], tree.lo(static_cast<std::int32_t>(n)));
+    if (level[at(inside)] < level[at(rooted.parent[at(inside)])]) tree.side_of_node[n] = Polarity::kLower;
   }
-}
-
-/// Multiples of the mean step.
-std::vector<double> levels_of_variation(std::span<const double> levels, std::int32_t count) {
-  const auto finite = std::find_if(levels.begin(), levels.end(), [](double level) { return std::isfinite(level); });
-  const auto num_steps = levels.end() - finite - 1;
-  const double step = num_steps > 0 ? (levels.back() - *finite) / static_cast<double>(num_steps) : 1;
-  std::vector<double> variation(static_cast<std::size_t>(count));
-  for (std::size_t k = 0; k < variation.size(); ++k) variation[k] = step * static_cast<double>(k);
-  return variation;
 }
 
 }  // namespace
 
-TreeOfShapes build_tree_of_shapes(const SurfaceView& surface, std::span<const double> areas,
-                                  std::span<const std::int32_t> level_of_vertex,
-                                  std::span<const double> levels_of_scalar, std::span<const std::uint8_t> excluded,
-                                  std::int32_t root_vertex, const Execution& execution) {
+ComponentTree build_tree_of_shapes(const SurfaceView& surface, std::span<const double> areas,
+                                   std::span<const std::int32_t> level_of_vertex, std::span<const double> levels,
+                                   std::span<const std::uint8_t> excluded, std::int32_t root_vertex,
+                                   const Execution& execution) {
   const std::size_t num_triangles = surface.triangles.size();
   if (surface.twins.size() != 3 * num_triangles || areas.size() != num_triangles ||
       level_of_vertex.size() != surface.positions.size() || (!excluded.empty() && excluded.size() != num_triangles))
@@ -436,11 +420,11 @@ TreeOfShapes build_tree_of_shapes(const SurfaceView& surface, std::span<const do
     thresholds[t] = rooted.thresholds[at(vertex_of_triangle[t])];
     most = std::max(most, thresholds[t]);
   }
-  TreeOfShapes shapes;
-  shapes.tree = build_component_tree(surface.twins, areas, thresholds, most, execution);
-  shapes.tree.levels = levels_of_variation(levels_of_scalar, most);
-  tell_lines(vertex_of_triangle, rooted, spheres.level, levels_of_scalar, shapes);
-  return shapes;
+  ComponentTree tree = build_component_tree(surface.twins, areas, thresholds, most, execution);
+  tree.polarity = Polarity::kShapes;
+  tree.levels.assign(levels.begin(), levels.end());
+  tell_lines(vertex_of_triangle, rooted, spheres.level, tree);
+  return tree;
 }
 
 }  // namespace meshmser

@@ -11,13 +11,6 @@
 
 namespace meshmser {
 
-/// Bright and dark regions of a scalar in one tree.
-struct TreeOfShapes {
-  ComponentTree tree;                  ///< of the number of level lines from the root; levels: see below
-  std::vector<double> value_of_node;   ///< #N: S on the node's line; -infinity of a root
-  std::vector<Polarity> side_of_node;  ///< #N: upper: S >= value inside; lower: S < value; upper of a root
-};
-
 /// The tree of shapes: bright and dark regions in one tree, each with its holes filled.
 ///
 /// A threshold k parts the vertices into those of level >= k and those below. A *shape* is a connected component (along
@@ -28,27 +21,27 @@ struct TreeOfShapes {
 /// not nest.
 ///
 /// Each rim of a component is closed by one more vertex, joined to all of the rim, whose level is the lower median of
-/// the rim's: the level lines that reach a hole end there, and a region that a hole cuts may stay one shape. The root is
-/// the vertex that closes the longest rim; `root_vertex` where it is a vertex of the component; without rim the place
-/// from which no shape has more than half of the area (the centroid of the tree of level lines, which is not rooted).
+/// the rim's: the level lines that reach a hole end there, and a region that a hole cuts may stay one shape. The root
+/// is the vertex that closes the longest rim; `root_vertex` where it is a vertex of the component; without rim the
+/// place from which no shape has more than half of the area (the centroid of the tree of level lines, which is not
+/// rooted).
 ///
 /// The result is a component tree whose levels count the thresholds between a shape and the root, upward or downward:
 /// level 1 is the root, a shape of level k lies within k - 1 level lines. Its nodes are the edge-connected parts of the
-/// shapes' triangles; so stability, selection and borders apply as they are. `value_of_node` is S on the node's line,
-/// `side_of_node` tells bright (upper) from dark (lower); roots have -infinity and upper. `levels` are (k - 1) times
-/// the mean step of `levels_of_scalar`: exact for equal steps.
+/// shapes' triangles; so stability, selection and borders apply as they are. `polarity` is shapes, `levels` are those
+/// of the scalar; ComponentTree::value tells S on a node's line, ComponentTree::side bright (upper) from dark (lower).
 ///
 /// `surface.twins`: after cut_out_triangles; `areas`: #F; `level_of_vertex`: #V, 0 .. n, of levels_of_vertices with
-/// `levels_of_scalar` (n, ascending); `excluded`: #F or empty. Vertices where several fans meet count once for each.
+/// `levels` (n, ascending); `excluded`: #F or empty. Vertices where several fans meet count once for each.
 /// Throws StageError for a component with a handle, naming it, and for arrays of differing sizes.
 /// O(V log V + F log V), one thread but for the last step; 100 bytes a vertex.
 ///
 /// Source: Monasse, Guichard 2000 (shapes by saturation, fusion of upper and lower tree); made here by the contour tree
 /// (Carr, Snoeyink, Axen 2003: join and split tree, merged), whose arcs are the level lines of a simply connected
 /// surface.
-TreeOfShapes build_tree_of_shapes(const SurfaceView& surface, std::span<const double> areas,
-                                  std::span<const std::int32_t> level_of_vertex,
-                                  std::span<const double> levels_of_scalar, std::span<const std::uint8_t> excluded,
-                                  std::int32_t root_vertex = -1, const Execution& execution = {});
+ComponentTree build_tree_of_shapes(const SurfaceView& surface, std::span<const double> areas,
+                                   std::span<const std::int32_t> level_of_vertex, std::span<const double> levels,
+                                   std::span<const std::uint8_t> excluded, std::int32_t root_vertex = -1,
+                                   const Execution& execution = {});
 
 }  // namespace meshmser

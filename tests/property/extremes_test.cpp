@@ -40,7 +40,7 @@ Result run(const Mesh& mesh, const std::vector<double>& levels, bool shapes = fa
   const SurfaceView surface{mesh.positions, mesh.triangles, twins};
   const std::vector<std::int32_t> of_vertex = levels_of_vertices(mesh.values, levels, 1);
   Result result;
-  result.tree = shapes ? build_tree_of_shapes(surface, areas, of_vertex, levels, {}).tree
+  result.tree = shapes ? build_tree_of_shapes(surface, areas, of_vertex, levels, {})
                        : build_component_tree(twins, areas, levels_of_triangles(mesh.triangles, of_vertex, {}),
                                               static_cast<std::int32_t>(levels.size()));
   if (!shapes) result.tree.levels = levels;

@@ -1,4 +1,5 @@
-/// The tree of shapes against saturation by the definition, on random small meshes.
+/// The tree of shapes against saturation by the definition, and what is made of it against brute force, on random small
+/// meshes.
 
 #include "stages/tree/tree_of_shapes.hpp"
 
@@ -7,22 +8,32 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
-#include <numeric>
 #include <random>
 #include <set>
-#include <tuple>
 
+#include "stages/borders/borders.hpp"
+#include "stages/borders/curves.hpp"
 #include "stages/common/adjacency.hpp"
+#include "stages/common/maxima.hpp"
 #include "stages/common/tree_nodes.hpp"
+#include "stages/mser/label_triangles.hpp"
+#include "stages/mser/level_lines.hpp"
+#include "stages/mser/segment.hpp"
+#include "stages/mser/stability.hpp"
 #include "stages/tree/component_tree.hpp"
+#include "stages/tree/edit_tree.hpp"
 #include "stages/tree/levels.hpp"
+#include "tests/support/border_checker.hpp"
+#include "tests/support/oracle.hpp"
 #include "tests/support/random_mesh.hpp"
+#include "tests/support/saturation.hpp"
 
 namespace meshmser {
 namespace {
 
-using Set = std::set<int>;
+using oracle::Triangles;
 
 struct Scene {
   testing::RandomMesh mesh;
@@ -32,7 +43,11 @@ struct Scene {
   std::int32_t root_vertex = -1;
 
   SurfaceView surface() const { return {mesh.positions, mesh.triangles, twins}; }
-  TreeOfShapes shapes() const { return build_tree_of_shapes(surface(), areas, level, levels, excluded, root_vertex); }
+  ComponentTree shapes() const { return build_tree_of_shapes(surface(), areas, level, levels, excluded, root_vertex); }
+  oracle::ShapesCase words() const {
+    return {mesh.positions, mesh.triangles, excluded, twins, level, areas, static_cast<int>(levels.size()),
+            root_vertex};
+  }
 };
 
 Scene make_scene(std::uint32_t seed) {
@@ -55,309 +70,22 @@ Scene make_scene(std::uint32_t seed) {
   return scene;
 }
 
-/// Classes of 0 .. n - 1 joined by pairs.
-std::vector<int> classes(int n, const std::set<std::pair<int, int>>& pairs) {
-  std::vector<int> of(static_cast<std::size_t>(n));
-  std::iota(of.begin(), of.end(), 0);
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const auto& [a, b] : pairs) {
-      int &x = of[static_cast<std::size_t>(a)], &y = of[static_cast<std::size_t>(b)];
-      if (x == y) continue;
-      x = y = std::min(x, y);
-      changed = true;
-    }
-  }
-  return of;
-}
-
-/// The mesh as spheres, in the words of the definition: a node for each class of corners that meet in edges, then one
-/// for each class of rim half-edges that meet in nodes.
-struct Spheres {
-  std::vector<int> node_of_corner;  // -1: excluded
-  std::vector<int> level, mesh_vertex;
-  std::map<int, double> rim_length;  // of the closing nodes
-  std::map<int, Set> neighbours;
-  std::vector<int> component;
-};
-
-Spheres make_spheres(const Scene& scene) {
-  const int corners = static_cast<int>(scene.twins.size());
-  std::set<std::pair<int, int>> same;
-  for (int h = 0; h < corners; ++h) {
-    const int twin = scene.twins[static_cast<std::size_t>(h)];
-    if (twin < 0) continue;
-    same.insert({h, next_half_edge(twin)});
-    same.insert({next_half_edge(h), twin});
-  }
-  const std::vector<int> of_corner = classes(corners, same);
-  Spheres spheres;
-  spheres.node_of_corner.assign(static_cast<std::size_t>(corners), -1);
-  std::map<int, int> number;
-  for (int c = 0; c < corners; ++c) {
-    const auto t = static_cast<std::size_t>(c / 3);
-    if (scene.excluded[t] != 0) continue;
-    const auto [found, is_new] =
-        number.insert({of_corner[static_cast<std::size_t>(c)], static_cast<int>(spheres.level.size())});
-    spheres.node_of_corner[static_cast<std::size_t>(c)] = found->second;
-    const int vertex = scene.mesh.triangles[t][static_cast<std::size_t>(c % 3)];
-    if (!is_new) continue;
-    spheres.level.push_back(scene.level[static_cast<std::size_t>(vertex)]);
-    spheres.mesh_vertex.push_back(vertex);
-  }
-  const auto node = [&](int h) { return spheres.node_of_corner[static_cast<std::size_t>(h)]; };
-  std::vector<int> rim;
-  for (int h = 0; h < corners; ++h) {
-    if (node(h) < 0) continue;
-    const int next = next_half_edge(h);
-    spheres.neighbours[node(h)].insert(node(next));
-    spheres.neighbours[node(next)].insert(node(h));
-    if (scene.twins[static_cast<std::size_t>(h)] < 0) rim.push_back(h);
-  }
-  std::set<std::pair<int, int>> meet;
-  for (int i = 0; i < static_cast<int>(rim.size()); ++i)
-    for (int j = 0; j < static_cast<int>(rim.size()); ++j)
-      if (node(next_half_edge(rim[static_cast<std::size_t>(i)])) == node(rim[static_cast<std::size_t>(j)]))
-        meet.insert({i, j});
-  const std::vector<int> loop_of = classes(static_cast<int>(rim.size()), meet);
-  std::map<int, std::vector<int>> loops;
-  for (std::size_t i = 0; i < rim.size(); ++i) loops[loop_of[i]].push_back(rim[i]);
-  for (const auto& [first, loop] : loops) {
-    const int closing = static_cast<int>(spheres.level.size());
-    std::vector<int> levels;
-    for (const int h : loop) {
-      levels.push_back(spheres.level[static_cast<std::size_t>(node(h))]);
-      spheres.neighbours[closing].insert(node(h));
-      spheres.neighbours[node(h)].insert(closing);
-      const auto position = [&](int half_edge) {
-        return scene.mesh.positions[static_cast<std::size_t>(
-            scene.mesh.triangles[static_cast<std::size_t>(half_edge / 3)][static_cast<std::size_t>(half_edge % 3)])];
-      };
-      spheres.rim_length[closing] += (position(next_half_edge(h)) - position(h)).norm();
-    }
-    std::sort(levels.begin(), levels.end());
-    spheres.level.push_back(levels[(levels.size() - 1) / 2]);
-    spheres.mesh_vertex.push_back(-1);
-  }
-  std::set<std::pair<int, int>> edges;
-  for (const auto& [a, all] : spheres.neighbours)
-    for (const int b : all) edges.insert({a, b});
-  spheres.component = classes(static_cast<int>(spheres.level.size()), edges);
-  return spheres;
-}
-
-/// Is every component a sphere, its rims closed? Vertices - edges + faces, where a rim of n edges is closed by n edges
-/// and n faces.
-bool are_spheres(const Scene& scene, const Spheres& spheres) {
-  std::map<int, int> twice;
-  for (std::size_t v = 0; v < spheres.component.size(); ++v) twice[spheres.component[v]] += 2;
-  for (std::size_t t = 0; t < scene.excluded.size(); ++t) {
-    if (scene.excluded[t] != 0) continue;
-    int& sum = twice[spheres.component[static_cast<std::size_t>(spheres.node_of_corner[3 * t])]];
-    sum += 2;
-    for (std::size_t k = 0; k < 3; ++k) sum -= scene.twins[3 * t + k] < 0 ? 2 : 1;
-  }
-  return std::all_of(twice.begin(), twice.end(), [](const auto& of) { return of.second == 4; });
-}
-
-std::vector<Set> parts_of(const Spheres& spheres, Set members) {
-  std::vector<Set> parts;
-  while (!members.empty()) {
-    Set part = {*members.begin()}, rim = part;
-    while (!rim.empty()) {
-      Set next;
-      for (const int v : rim)
-        for (const int w : spheres.neighbours.at(v))
-          if (members.contains(w) && !part.contains(w)) next.insert(w);
-      part.insert(next.begin(), next.end());
-      rim = next;
-    }
-    for (const int v : part) members.erase(v);
-    parts.push_back(part);
-  }
-  return parts;
-}
-
-Set without(const Set& all, const Set& some) {
-  Set left;
-  std::set_difference(all.begin(), all.end(), some.begin(), some.end(), std::inserter(left, left.end()));
-  return left;
-}
-
-struct Shape {
-  Set nodes;
-  int threshold = 0;
-  bool bright = false;
-};
-
-/// Every shape of one component, a shape of several thresholds as often.
-std::vector<Shape> shapes_of(const Spheres& spheres, const Set& component, int root, int num_levels) {
-  std::vector<Shape> shapes;
-  for (int k = 1; k <= num_levels; ++k)
-    for (const bool bright : {true, false}) {
-      Set side;
-      for (const int v : component)
-        if ((spheres.level[static_cast<std::size_t>(v)] >= k) == bright) side.insert(v);
-      for (const Set& part : parts_of(spheres, side)) {
-        if (part.contains(root)) continue;
-        Shape shape{part, k, bright};
-        for (const Set& rest : parts_of(spheres, without(component, part)))
-          if (!rest.contains(root)) shape.nodes.insert(rest.begin(), rest.end());
-        shapes.push_back(shape);
-      }
-    }
-  return shapes;
-}
-
-/// The triangles whose corners all lie in the set.
-Set triangles_in(const Spheres& spheres, const Set& nodes) {
-  Set triangles;
-  for (int t = 0; 3 * t < static_cast<int>(spheres.node_of_corner.size()); ++t) {
-    bool all = true;
-    for (int k = 0; k < 3; ++k)
-      all = all && nodes.contains(spheres.node_of_corner[static_cast<std::size_t>(3 * t + k)]);
-    if (all) triangles.insert(t);
-  }
-  return triangles;
-}
-
-std::vector<Set> edge_parts(const Scene& scene, const Set& triangles) {
-  std::set<std::pair<int, int>> pairs;
-  for (std::size_t h = 0; h < scene.twins.size(); ++h)
-    if (scene.twins[h] >= 0 && triangles.contains(static_cast<int>(h / 3)) && triangles.contains(scene.twins[h] / 3))
-      pairs.insert({static_cast<int>(h / 3), scene.twins[h] / 3});
-  const std::vector<int> of = classes(static_cast<int>(scene.twins.size() / 3), pairs);
-  std::map<int, Set> parts;
-  for (const int t : triangles) parts[of[static_cast<std::size_t>(t)]].insert(t);
-  std::vector<Set> result;
-  for (auto& [first, part] : parts) result.push_back(part);
-  return result;
-}
-
-std::vector<Set> sets_of(const ComponentTree& tree) {
-  std::vector<Set> sets(tree.num_nodes());
-  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t)
-    for (std::int32_t n = tree.node_of_triangle[t]; n >= 0; n = tree.parent_of_node[static_cast<std::size_t>(n)])
-      sets[static_cast<std::size_t>(n)].insert(static_cast<int>(t));
-  return sets;
-}
-
-/// The root of a component as the definition has it; for one without rim and without the user's vertex any node of
-/// which, taken as the root, no shape outweighs the rest.
-std::vector<int> possible_roots(const Scene& scene, const Spheres& spheres, const Set& component) {
-  std::vector<int> roots;
-  for (const int v : component)
-    if (scene.root_vertex >= 0 && spheres.mesh_vertex[static_cast<std::size_t>(v)] == scene.root_vertex) return {v};
-  double longest = -1;
-  for (const int v : component)
-    if (spheres.rim_length.contains(v)) longest = std::max(longest, spheres.rim_length.at(v));
-  for (const int v : component)
-    if (longest < 0 || (spheres.rim_length.contains(v) && spheres.rim_length.at(v) > longest - 1e-9))
-      roots.push_back(v);
-  return roots;
-}
-
-double weight_of(const Scene& scene, const Spheres& spheres, const Set& nodes) {
-  double weight = 0;
-  for (std::size_t c = 0; c < spheres.node_of_corner.size(); ++c)
-    if (nodes.contains(spheres.node_of_corner[c])) weight += scene.areas[c / 3] / 3;
-  return weight;
-}
-
-/// Does the tree, on this component, hold what saturation about this root gives?
-bool agrees(const Scene& scene, const Spheres& spheres, const Set& component, int root, const TreeOfShapes& of,
-            const std::vector<Set>& sets) {
-  const ComponentTree& tree = of.tree;
-  const int num_levels = static_cast<int>(scene.levels.size());
-  const std::vector<Shape> shapes = shapes_of(spheres, component, root, num_levels);
-  const Set all = triangles_in(spheres, component);
-  std::set<Set> expected;
-  std::vector<int> lines(tree.node_of_triangle.size(), 1);
-  for (const Set& part : edge_parts(scene, all)) expected.insert(part);
-  for (const Shape& shape : shapes) {
-    const Set triangles = triangles_in(spheres, shape.nodes);
-    for (const int t : triangles) ++lines[static_cast<std::size_t>(t)];
-    for (const Set& part : edge_parts(scene, triangles)) expected.insert(part);
-  }
-  std::set<Set> found;
-  for (std::size_t n = 0; n < sets.size(); ++n)
-    if (all.contains(*sets[n].begin())) found.insert(sets[n]);
-  if (found != expected) return false;
-  for (const int t : all)
-    if (tree.hi_of_node[static_cast<std::size_t>(tree.node_of_triangle[static_cast<std::size_t>(t)])] !=
-        lines[static_cast<std::size_t>(t)])
-      return false;
-  // The line of each node: of the outermost shape with just these triangles about here.
-  for (std::size_t n = 0; n < sets.size(); ++n) {
-    if (!all.contains(*sets[n].begin()) || tree.parent_of_node[n] < 0) continue;
-    std::set<std::tuple<double, bool>> possible;
-    std::size_t largest = 0;
-    for (const Shape& shape : shapes) {
-      const auto parts = edge_parts(scene, triangles_in(spheres, shape.nodes));
-      if (std::find(parts.begin(), parts.end(), sets[n]) != parts.end())
-        largest = std::max(largest, shape.nodes.size());
-    }
-    for (const Shape& shape : shapes) {
-      const auto parts = edge_parts(scene, triangles_in(spheres, shape.nodes));
-      if (shape.nodes.size() == largest && std::find(parts.begin(), parts.end(), sets[n]) != parts.end())
-        possible.insert({scene.levels[static_cast<std::size_t>(shape.threshold) - 1], shape.bright});
-    }
-    const bool bright = of.side_of_node[n] == Polarity::kUpper;
-    if (!possible.contains({of.value_of_node[n], bright})) return false;
-    // Of equal sets the line next to the outside: the lowest of a bright shape, the highest of a dark one.
-    for (const auto& [value, side] : possible)
-      if (side != bright || (bright ? value < of.value_of_node[n] : value > of.value_of_node[n])) return false;
-  }
-  return true;
-}
-
 TEST(TreeOfShapes, IsSaturationOnRandomMeshes) {
   int bright = 0, dark = 0, filled = 0, closed = 0, handles = 0;
   for (std::uint32_t seed = 1; seed <= 2500; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const Scene scene = make_scene(seed);
-    const Spheres spheres = make_spheres(scene);
-    if (!are_spheres(scene, spheres)) {
+    if (!oracle::has_no_handle(scene.words())) {
       EXPECT_THROW(scene.shapes(), StageError);
       ++handles;
       continue;
     }
-    const TreeOfShapes of = scene.shapes();
-    const ComponentTree& tree = of.tree;
-    const std::vector<Set> sets = sets_of(tree);
-    for (const Polarity side : of.side_of_node) ++(side == Polarity::kUpper ? bright : dark);
-    std::map<int, Set> components;
-    for (std::size_t v = 0; v < spheres.component.size(); ++v)
-      components[spheres.component[v]].insert(static_cast<int>(v));
-    for (const auto& [first, component] : components) {
-      const std::vector<int> roots = possible_roots(scene, spheres, component);
-      bool any = false;
-      for (const int root : roots) {
-        const std::vector<Shape> shapes = shapes_of(spheres, component, root, static_cast<int>(scene.levels.size()));
-        // Nested or disjoint.
-        for (const Shape& a : shapes)
-          for (const Shape& b : shapes) {
-            const std::size_t common = a.nodes.size() - without(a.nodes, b.nodes).size();
-            ASSERT_TRUE(common == 0 || common == a.nodes.size() || common == b.nodes.size());
-          }
-        const double half = weight_of(scene, spheres, component) / 2;
-        if (roots.size() == component.size() && roots.size() > 1 &&
-            std::any_of(shapes.begin(), shapes.end(),
-                        [&](const Shape& shape) { return weight_of(scene, spheres, shape.nodes) > half + 1e-9; }))
-          continue;
-        any = any || agrees(scene, spheres, component, root, of, sets);
-        if (any) break;
-      }
-      EXPECT_TRUE(any) << "component of node " << first;
-      closed += roots.size() == component.size();
-      if (any)
-        for (const Shape& shape : shapes_of(spheres, component, roots[0], static_cast<int>(scene.levels.size())))
-          for (const int v : shape.nodes)
-            filled += (spheres.level[static_cast<std::size_t>(v)] >= shape.threshold) != shape.bright;
-    }
-    for (std::size_t t = 0; t < scene.excluded.size(); ++t)
-      EXPECT_EQ(tree.node_of_triangle[t] < 0, scene.excluded[t] != 0);
-    if (HasFailure()) return;
+    const ComponentTree tree = scene.shapes();
+    for (const Polarity side : tree.side_of_node) ++(side == Polarity::kUpper ? bright : dark);
+    const oracle::ShapesCheck check = oracle::check_shapes(scene.words(), tree);
+    ASSERT_EQ(check.broken, "");
+    filled += check.num_filled;
+    closed += check.num_closed;
   }
   // What the meshes are for did happen.
   EXPECT_GT(bright, 1000);
@@ -366,6 +94,187 @@ TEST(TreeOfShapes, IsSaturationOnRandomMeshes) {
   EXPECT_GT(closed, 100);
   EXPECT_GT(handles, 0);
   EXPECT_LT(handles, 500);
+}
+
+std::vector<Triangles> sets_of(const ComponentTree& tree) {
+  std::vector<Triangles> sets(tree.num_nodes());
+  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t)
+    for (std::int32_t n = tree.node_of_triangle[t]; n >= 0; n = tree.parent_of_node[static_cast<std::size_t>(n)])
+      sets[static_cast<std::size_t>(n)].insert(static_cast<int>(t));
+  return sets;
+}
+
+/// The surface as the oracle of selections and borders takes it, with the numbers of lines by saturation as its levels.
+oracle::Surface lines_of(const Scene& scene, const std::vector<int>& lines) {
+  oracle::Surface surface;
+  for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+    const auto& corners = scene.mesh.triangles[t];
+    surface.corners.push_back({corners[0], corners[1], corners[2]});
+    surface.cut_out.push_back(scene.excluded[t] != 0);
+    surface.area.push_back(static_cast<std::int64_t>(2 * scene.areas[t]));
+    surface.num_levels = std::max(surface.num_levels, lines[t]);
+  }
+  surface.level = lines;
+  return surface;
+}
+
+/// Borders of regions against the triangles of their nodes, and S on both sides of them.
+void check_borders(const Scene& scene, const oracle::Surface& surface, const ComponentTree& tree,
+                   const std::vector<std::int32_t>& nodes, const std::vector<Triangles>& sets) {
+  const std::vector trees{tree};
+  const std::vector<SelectedNode> regions = order_regions(trees, std::array{nodes});
+  const std::vector<std::int32_t> labels = label_triangles(trees, regions);
+  const BorderLoops loops = extract_borders(scene.surface(), tree, number_of_nodes(tree, regions), labels);
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    const auto number = static_cast<std::int32_t>(r) + 1;
+    const Triangles& set = sets[static_cast<std::size_t>(regions[r].node)];
+    std::vector<std::uint8_t> inside(scene.excluded.size(), 0);
+    for (const int t : set) inside[static_cast<std::size_t>(t)] = 1;
+    EXPECT_EQ(
+        testing::check_border_loops(scene.mesh.positions, scene.mesh.triangles, scene.excluded, inside, loops, number),
+        "");
+    std::vector<std::vector<int>> found;
+    for (std::size_t l = 0; l < loops.num_loops(); ++l) {
+      if (loops.owner_of_loop[l] != number) continue;
+      found.emplace_back(loops.half_edges.begin() + loops.first_edge_of_loop[l],
+                         loops.half_edges.begin() + loops.first_edge_of_loop[l + 1]);
+      // The line lies between what is within and what is without.
+      for (const int h : found.back()) {
+        const int twin = scene.twins[static_cast<std::size_t>(h)];
+        if (twin < 0) continue;
+        const auto value = [&](int half_edge) {
+          return scene.mesh.values[static_cast<std::size_t>(
+              scene.mesh.triangles[static_cast<std::size_t>(half_edge / 3)][static_cast<std::size_t>(half_edge % 3)])];
+        };
+        const bool bright = tree.side(regions[r].node) == Polarity::kUpper;
+        const double line = tree.value(regions[r].node);
+        for (const int end : {h, twin}) EXPECT_EQ(value(end) >= line, bright);
+        EXPECT_EQ(value(previous_half_edge(twin)) >= line, !bright);
+      }
+    }
+    std::sort(found.begin(), found.end());
+    EXPECT_EQ(found, oracle::border_loops(surface, set).loops);
+  }
+}
+
+TEST(TreeOfShapes, SelectionAndBordersAreThoseOfBruteForce) {
+  int selected = 0, dark = 0, on_levels = 0;
+  for (std::uint32_t seed = 3001; seed <= 6000; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Scene scene = make_scene(seed);
+    if (!oracle::has_no_handle(scene.words())) continue;
+    const ComponentTree tree = scene.shapes();
+    const oracle::ShapesCheck check = oracle::check_shapes(scene.words(), tree);
+    ASSERT_EQ(check.broken, "");
+    const oracle::Surface surface = lines_of(scene, check.lines);
+    const std::vector<oracle::Node> nodes = oracle::all_nodes(surface);
+    const std::vector<Triangles> sets = sets_of(tree);
+    const int delta = 1 + static_cast<int>(seed % 3);
+    const Against against = seed % 2 == 0 ? Against::kChildren : Against::kMainChild;
+    const std::vector<oracle::Ratio> q = oracle::stability(surface, nodes, delta);
+    const std::vector<std::int32_t> stable =
+        select_mser(tree, {delta, against}, open_roots(tree, scene.twins, scene.excluded));
+    std::set<Triangles> chosen;
+    for (const std::int32_t node : stable) chosen.insert(sets[static_cast<std::size_t>(node)]);
+    ASSERT_EQ(chosen, oracle::selection(surface, nodes, q, against == Against::kMainChild));
+    check_borders(scene, surface, tree, stable, sets);
+
+    // Every node at one level is a region as well.
+    const double level = static_cast<double>(seed % 9) - 4;
+    const std::vector<std::int32_t> at_level = select_level(tree, level);
+    check_borders(scene, surface, tree, at_level, sets);
+    const TreeCut cut = cut_tree(tree, level_of_value(tree, level));
+    EXPECT_EQ(std::set<std::int32_t>(cut.nodes.begin(), cut.nodes.end()),
+              std::set<std::int32_t>(at_level.begin(), at_level.end()));
+    selected += static_cast<int>(stable.size());
+    on_levels += static_cast<int>(at_level.size());
+    for (const std::int32_t node : stable) dark += tree.side(node) == Polarity::kLower;
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(selected, 500);
+  EXPECT_GT(dark, 100);
+  EXPECT_GT(selected - dark, 100);
+  EXPECT_GT(on_levels, 300);
+}
+
+/// Where a curve may leave its line for the vertex itself: the region has several wedges of triangles there, or an edge
+/// without triangles leads on to a vertex of its side.
+bool touches_itself(const Scene& scene, const Triangles& region, std::int32_t vertex,
+                    const std::vector<bool>& in_side) {
+  std::multiset<std::int32_t> ends;  // of the region's edges at the vertex, one a triangle
+  std::set<std::int32_t> outside;    // of other triangles
+  std::size_t num_triangles = 0;
+  for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+    const auto& corners = scene.mesh.triangles[t];
+    if (scene.excluded[t] != 0 || std::find(corners.begin(), corners.end(), vertex) == corners.end()) continue;
+    num_triangles += region.contains(static_cast<int>(t));
+    for (const std::int32_t corner : corners) {
+      if (corner == vertex) continue;
+      if (region.contains(static_cast<int>(t)))
+        ends.insert(corner);
+      else
+        outside.insert(corner);
+    }
+  }
+  // An open wedge of n triangles has n + 1 edges.
+  const std::set<std::int32_t> different(ends.begin(), ends.end());
+  if (different.size() > num_triangles + 1) return true;
+  return std::any_of(outside.begin(), outside.end(), [&](std::int32_t end) {
+    return in_side[static_cast<std::size_t>(end)] && !different.contains(end);
+  });
+}
+
+TEST(TreeOfShapes, CurvesRunWhereTheScalarIsThatOfTheLine) {
+  int on_edges = 0, on_vertices = 0, through_regions = 0;
+  for (std::uint32_t seed = 6001; seed <= 8000; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Scene scene = make_scene(seed);
+    if (!oracle::has_no_handle(scene.words())) continue;
+    const ComponentTree tree = scene.shapes();
+    const std::vector<Triangles> sets = sets_of(tree);
+    std::vector<std::int32_t> number_of_node(tree.num_nodes(), 0);
+    std::vector<BorderRegion> regions;
+    for (std::size_t n = 0; n < tree.num_nodes(); ++n) {
+      regions.push_back({&tree, static_cast<std::int32_t>(n)});
+      number_of_node[n] = static_cast<std::int32_t>(n) + 1;
+    }
+    const std::vector<std::int32_t> behind(scene.excluded.size(), 0);
+    const BorderLoops loops = extract_borders(scene.surface(), tree, number_of_node, behind);
+    // Places that tell which vertex they are, and S.
+    for (std::size_t v = 0; v < scene.mesh.positions.size(); ++v)
+      scene.mesh.positions[v] = {static_cast<double>(v), static_cast<double>(v * v), scene.mesh.values[v]};
+    const BorderCurves curves = interpolate_borders(scene.surface(), scene.mesh.values, loops, regions);
+    for (std::size_t c = 0; c < loops.num_loops(); ++c) {
+      const auto edge = [&](std::int64_t e) { return loops.kinds[static_cast<std::size_t>(e)]; };
+      bool at_hole = false;
+      for (std::int64_t e = loops.first_edge_of_loop[c]; e < loops.first_edge_of_loop[c + 1]; ++e)
+        at_hole |= edge(e) == EdgeKind::kHole;
+      for (std::int64_t i = curves.first_point_of_curve[c]; i < curves.first_point_of_curve[c + 1]; ++i)
+        at_hole |= curves.kinds[static_cast<std::size_t>(i)] == EdgeKind::kHole;
+      if (at_hole) continue;
+      const std::int32_t node = loops.owner_of_loop[c] - 1;
+      const double line = tree.value(node);
+      std::vector<bool> in_side;
+      for (const double value : scene.mesh.values)
+        in_side.push_back((value >= line) == (tree.side(node) == Polarity::kUpper));
+      for (std::int64_t i = curves.first_point_of_curve[c]; i < curves.first_point_of_curve[c + 1]; ++i) {
+        const Eigen::Vector3d& point = curves.points[static_cast<std::size_t>(i)];
+        const auto vertex = static_cast<std::int32_t>(
+            std::find(scene.mesh.positions.begin(), scene.mesh.positions.end(), point) - scene.mesh.positions.begin());
+        const bool at_vertex = static_cast<std::size_t>(vertex) < scene.mesh.positions.size();
+        ++(at_vertex ? on_vertices : on_edges);
+        if (std::abs(point.z() - line) < 1e-12) continue;
+        ++through_regions;
+        ASSERT_TRUE(at_vertex) << "S is " << point.z() << " on the line of " << line;
+        EXPECT_TRUE(touches_itself(scene, sets[static_cast<std::size_t>(node)], vertex, in_side))
+            << "vertex " << vertex;
+      }
+    }
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(on_edges, 300);
+  EXPECT_GT(on_vertices, 300);
+  EXPECT_GT(through_regions, 10);
 }
 
 /// A square sheet with one value a vertex.
@@ -399,21 +308,70 @@ TEST(TreeOfShapes, ARingIsFilledAndItsInsideIsAShapeOfItsOwn) {
     return far > 4 ? 5 : far > 2 ? 9 : 1;
   });
   finish(scene, {0, 2, 4, 6, 8});
-  const TreeOfShapes of = scene.shapes();
-  const ComponentTree& tree = of.tree;
+  const ComponentTree tree = scene.shapes();
   ASSERT_EQ(tree.num_nodes(), 3u);
   // Postorder: the dark inside, the filled ring, the sheet.
   EXPECT_EQ(tree.parent_of_node, (std::vector<std::int32_t>{1, 2, -1}));
   EXPECT_EQ(area_of_node(tree, 0), 16);
   EXPECT_EQ(area_of_node(tree, 1), 64);
   EXPECT_EQ(area_of_node(tree, 2), 144);
-  EXPECT_EQ(of.side_of_node[0], Polarity::kLower);
-  EXPECT_EQ(of.side_of_node[1], Polarity::kUpper);
+  EXPECT_EQ(tree.side_of_node, (std::vector{Polarity::kLower, Polarity::kUpper, Polarity::kUpper}));
   // 6 and 8 lie between ground and ring; 8, 6, 4, 2 between ring and inside.
   EXPECT_EQ(tree.hi_of_node, (std::vector<std::int32_t>{7, 3, 1}));
-  EXPECT_EQ(of.value_of_node[0], 8);
-  EXPECT_EQ(of.value_of_node[1], 6);
-  EXPECT_EQ(tree.levels, (std::vector<double>{0, 2, 4, 6, 8, 10, 12}));
+  EXPECT_EQ(tree.value(0), 8);
+  EXPECT_EQ(tree.value(1), 6);
+  EXPECT_EQ(tree.value(2), -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(tree.levels, (std::vector<double>{0, 2, 4, 6, 8}));
+  // The triangles' own levels: 0 inside, 8 on the ring, 4 on the ground.
+  EXPECT_EQ(tree.own_level_of_node, (std::vector<std::int32_t>{1, 5, 3}));
+  std::set<double> values;
+  for (const double value : reconstruct_triangle_values(tree)) values.insert(value);
+  EXPECT_EQ(values, (std::set<double>{0, 4, 8}));
+  // The ring lasts from the ground to its crest, the inside from the crest to its floor.
+  const Maxima maxima = find_maxima(tree);
+  EXPECT_EQ(maxima.persistence_of_node(1), 4);
+  EXPECT_EQ(maxima.persistence_of_node(0), 8);
+}
+
+TEST(TreeOfShapes, ABumpInAPitLastsAsLongAsItRisesAboveTheFloor) {
+  // A deep pit with a low bump, a shallow one with a high bump, and a hill of two tops.
+  Scene scene = sheet(24, [](int x, int y) {
+    const auto within = [&](int cx, int cy, int r) { return std::max(std::abs(x - cx), std::abs(y - cy)) <= r; };
+    if (within(5, 5, 1)) return 11;
+    if (within(5, 5, 4)) return 10;
+    if (within(15, 5, 1)) return 27;
+    if (within(15, 5, 4)) return 19;
+    if (within(4, 17, 1)) return 30;
+    if (within(10, 17, 1)) return 26;
+    if (y >= 12 && y <= 22 && x >= 1 && x <= 13) return 24;
+    return 20;
+  });
+  std::vector<double> levels;
+  for (int k = 8; k <= 32; ++k) levels.push_back(k);
+  finish(scene, levels);
+  const ComponentTree tree = scene.shapes();
+  ASSERT_EQ(tree.num_nodes(), 8u);
+  const Maxima maxima = find_maxima(tree);
+  std::map<double, double> persistence_of_value;
+  for (std::int32_t n = 0; n < 8; ++n) {
+    const double own = tree.levels[static_cast<std::size_t>(tree.own_level(n)) - 1];
+    persistence_of_value[own] = maxima.persistence_of_node(n);
+  }
+  EXPECT_EQ(persistence_of_value,
+            (std::map<double, double>{{10, 10}, {11, 1}, {19, 1}, {27, 8}, {24, 10}, {30, 10}, {26, 2}, {20, 24}}));
+  // Simplified, the shallow pit stays for the bump in it.
+  const ComponentTree simple = simplify_tree(tree, nodes_of_persistence(tree, 3));
+  EXPECT_EQ(simple.num_nodes(), 6u);
+  for (std::int32_t n = 0; n < 6; ++n) {
+    const double own = simple.levels[static_cast<std::size_t>(simple.own_level(n)) - 1];
+    EXPECT_TRUE(own != 11 && own != 26);
+    if (own == 27) {
+      EXPECT_EQ(simple.value(n), 20);
+    }
+    if (own == 19) {
+      EXPECT_EQ(simple.side(n), Polarity::kLower);
+    }
+  }
 }
 
 TEST(TreeOfShapes, ThePiecesOfARegionCutByAHoleAreNodes) {
@@ -424,8 +382,7 @@ TEST(TreeOfShapes, ThePiecesOfARegionCutByAHoleAreNodes) {
     for (int half = 0; half < 2; ++half) scene.excluded.push_back(x >= 4 && x <= 7 && y >= 2 && y <= 9);
   }
   finish(scene, {0, 1});
-  const TreeOfShapes of = scene.shapes();
-  const ComponentTree& tree = of.tree;
+  const ComponentTree tree = scene.shapes();
   ASSERT_EQ(tree.num_nodes(), 3u);
   for (std::size_t n = 0; n < 2; ++n) {
     EXPECT_EQ(tree.hi_of_node[n], 2);
@@ -453,20 +410,20 @@ TEST(TreeOfShapes, HandlesAreRefused) {
     EXPECT_STREQ(error.what(),
                  "the tree of shapes needs a surface without handles, but the component of triangle 0 has 1: on it a "
                  "closed line need not part the inside from the outside; cut the handles open, or build an upper and a "
-                 "lower tree");
+                 "lower tree (polarity: both)");
   }
 }
 
 TEST(TreeOfShapes, NothingAndOneTriangle) {
   Scene none;
   finish(none, {0});
-  EXPECT_EQ(none.shapes().tree.num_nodes(), 0u);
+  EXPECT_EQ(none.shapes().num_nodes(), 0u);
   Scene one;
   one.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   one.mesh.triangles = {{0, 1, 2}};
   one.mesh.values = {0, 1, 2};
   finish(one, {0, 1, 2});
-  EXPECT_EQ(one.shapes().tree.num_nodes(), 1u);
+  EXPECT_EQ(one.shapes().num_nodes(), 1u);
 }
 
 }  // namespace

@@ -34,6 +34,40 @@ def terraces():
     return positions, triangles, values
 
 
+def parts(vertices, neighbours):
+    """The connected parts of a set of vertices."""
+    left, found = set(vertices), []
+    while left:
+        front = {left.pop()}
+        part = set(front)
+        while front:
+            front = {w for v in front for w in neighbours[v]} & left
+            left -= front
+            part |= front
+        found.append(part)
+    return found
+
+
+def lines_by_saturation(triangles, values, levels, rim, root=None):
+    """1 + the number of shapes of all levels that hold each triangle, by the words of the definition. The rim is closed
+    by one vertex more, the root unless another is given."""
+    closing = len(values)
+    values = np.append(values, sorted(values[list(rim)])[(len(rim) - 1) // 2])
+    neighbours = {v: set() for v in range(closing + 1)}
+    for t in triangles.tolist() + [[v, v, closing] for v in rim]:
+        for v in t:
+            neighbours[v] |= set(t) - {v}
+    root, everything, lines = closing if root is None else root, set(neighbours), np.ones(len(triangles), int)
+    for h in levels:
+        high = {v for v in everything if values[v] >= h}
+        for part in parts(high, neighbours) + parts(everything - high, neighbours):
+            if root in part:
+                continue
+            shape = part.union(*(rest for rest in parts(everything - part, neighbours) if root not in rest))
+            lines += [shape.issuperset(t) for t in triangles.tolist()]
+    return lines
+
+
 LEVELS = np.concatenate([[-np.inf], np.arange(1, 33) / 32])
 
 
@@ -93,6 +127,52 @@ class Arrays(unittest.TestCase):
             np.testing.assert_array_equal(getattr(upper, name), getattr(lower, name))
         both = meshmser.label_triangles([upper, lower], [[0], []])
         self.assertEqual((list(both.tree), list(both.node), len(both)), ([0], [0], 1))
+
+    def test_shapes(self):
+        positions, triangles = grid(12)
+        far = np.abs(positions[:, :2] - 6).max(axis=1)
+        values = np.where(far > 4, 5.0, np.where(far > 2, 9, 1))  # a bright ring on a grey ground, dark within
+        surface = meshmser.Surface(positions, triangles)
+        tree = meshmser.build_tree_of_shapes(surface, values, [0, 2, 4, 6, 8])
+        self.assertEqual((tree.polarity, tree.num_nodes), ("shapes", 3))
+        self.assertEqual(list(tree.parent), [1, 2, -1])
+        self.assertEqual(list(tree.area), [16, 64, 144])
+        self.assertEqual(list(tree.sign), [-1, 1, 1])
+        self.assertEqual(list(tree.value), [8, 6, -np.inf])
+        self.assertEqual(list(tree.high_level), [7, 3, 1])
+        self.assertEqual(list(np.bincount(tree.cut(8))), [160, 96, 32])
+        self.assertEqual(list(np.bincount(tree.cut(2))), [256, 32])
+        self.assertEqual(sorted(set(tree.reconstruct())), [0, 4, 8])
+        fine = meshmser.build_tree_of_shapes(surface, values, np.arange(0.5, 9.5))
+        nodes = meshmser.select_mser(surface, fine, delta=1)
+        self.assertEqual(list(nodes), [0, 1])
+        regions = meshmser.label_triangles([fine], [nodes])
+        table = meshmser.describe_regions(surface, regions, values, delta=1)
+        self.assertEqual((table["polarity"], list(table["value"])), (["upper", "lower"], [5.5, 8.5]))
+        self.assertEqual(list(meshmser.extract_borders(surface, regions).level_length_of_loop), [32, 16])
+        # From the middle, all around it is a shape; two corners of its square belong to it.
+        turned = meshmser.build_tree_of_shapes(surface, far, [3.0], root=6 * 13 + 6)
+        self.assertEqual((list(turned.sign), sorted(turned.area)), ([1, 1], [109, 144]))
+        with self.assertRaisesRegex(ValueError, "from 0 to 169"):
+            meshmser.build_tree_of_shapes(surface, far, root=169)
+        i, j = np.divmod(np.arange(36), 6)
+        right, above = 6 * i + (j + 1) % 6, 6 * ((i + 1) % 6) + j
+        both = 6 * ((i + 1) % 6) + (j + 1) % 6
+        torus = np.concatenate([np.stack([6 * i + j, right, both], 1), np.stack([6 * i + j, both, above], 1)])
+        with self.assertRaisesRegex(meshmser.StageError, "without handles"):
+            meshmser.build_tree_of_shapes(meshmser.Surface(np.random.rand(36, 3), torus), np.arange(36.0))
+
+    def test_shapes_are_saturation(self):
+        random = np.random.default_rng(7)
+        positions, triangles = grid(6)
+        x, y = positions[:, 0], positions[:, 1]
+        rim = np.flatnonzero((x == 0) | (y == 0) | (x == 6) | (y == 6))
+        surface = meshmser.Surface(positions, triangles)
+        for trial in range(40):
+            values, root = random.integers(0, 4, len(positions)).astype(float), None if trial % 2 else trial
+            tree = meshmser.build_tree_of_shapes(surface, values, [0, 1, 2, 3], root=root)
+            expected = lines_by_saturation(triangles, values, [0, 1, 2, 3], rim, root)
+            np.testing.assert_array_equal(tree.level_of_triangle, expected)
 
     def test_excluded_triangles_are_in_no_node(self):
         positions, triangles, values = terraces()

@@ -101,6 +101,17 @@ with tempfile.TemporaryDirectory() as folder:
         if level[of] > 1:
             expect("a reconstructed value", value, tree["levels"][level[of] - 1])
 
+    # Shapes, here of pits: levels count lines; each node has a side and a value.
+    shapes = tree_of("--set", "tree.polarity=shapes", "--set", "tree.transform=negate")
+    expect("polarity", (shapes["polarity"], shapes["version"]), ("shapes", 1))
+    expect("lists", {len(shapes[key]) for key in ("parent", "level", "area", "value", "sign")}, {len(shapes["parent"])})
+    expect("signs", set(shapes["sign"]), {-1, 1})
+    for n, p in enumerate(shapes["parent"]):
+        expect("a value of a root alone is none", shapes["value"][n] is None, p < 0)
+        assert p < 0 or shapes["value"][n] in shapes["levels"], shapes["value"][n]
+        if p >= 0 and shapes["parent"][p] >= 0 and shapes["sign"][n] == shapes["sign"][p]:
+            assert shapes["sign"][n] * (shapes["value"][n] - shapes["value"][p]) > 0, n
+
     for wrong, message in (
         (["tree", config, "tree.txt"], "must end in .json"),
         (["tree", config, "tree.json", "--polarity", "lower"], "makes no lower tree"),

@@ -118,6 +118,72 @@ TEST_F(TreeMserBorders, CurvesAreMadeOnlyWhereAskedFor) {
   EXPECT_TRUE(borders_->smooth.points.empty());
 }
 
+TEST_F(TreeMserBorders, ShapesAreEnclosedFromEitherSide) {
+  run_all({{"scalar", scalar("quality")}, {"polarity", scalar("shapes")}}, {{"interpolate", scalar("true")}});
+  ASSERT_EQ(trees_->trees.size(), 1u);
+  const ComponentTree& tree = trees_->trees[0];
+  bool upper = false, lower = false;
+  for (std::size_t r = 0; r < segmentation_->regions.size(); ++r) {
+    const Region& region = segmentation_->regions[r];
+    (region.polarity == Polarity::kUpper ? upper : lower) = true;
+    EXPECT_EQ(region.polarity, tree.side(region.node));
+    EXPECT_EQ(region.value, tree.value(region.node));
+    EXPECT_EQ(region.polarity == Polarity::kUpper, region.contrast > 0);
+    if (region.polarity == Polarity::kUpper) {
+      EXPECT_GE(region.scalar_min, region.value);
+    } else {
+      EXPECT_LT(region.scalar_max, region.value);
+    }
+    std::vector<std::uint8_t> inside;
+    for (const std::int32_t node : tree.node_of_triangle)
+      inside.push_back(node <= region.node &&
+                       node >= tree.first_node_of_subtree[static_cast<std::size_t>(region.node)]);
+    EXPECT_EQ(testing::check_border_loops(mesh_.positions, mesh_.triangles, trees_->excluded_of_triangle, inside,
+                                          borders_->regions, static_cast<std::int32_t>(r) + 1),
+              "");
+  }
+  EXPECT_TRUE(upper);
+  EXPECT_TRUE(lower);
+  EXPECT_EQ(borders_->interpolated.first_point_of_curve.size(), borders_->regions.num_loops() + 1);
+}
+
+TEST_F(TreeMserBorders, EverySelectionOfShapesWorksOrIsRefused) {
+  Inputs inputs;
+  inputs.add({"mesh", "load", Artifact(std::make_shared<const TriangleMesh>(mesh_))});
+  const Settings shapes = {{"scalar", scalar("quality")}, {"polarity", scalar("shapes")}};
+  inputs.add({"trees", "tree", Artifact(output<LevelSetTrees>(run("tree", shapes, inputs, context_)))});
+  const auto refused = [&](const Settings& settings) -> std::string {
+    try {
+      run("mser", settings, inputs, context_);
+    } catch (const StageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto num_regions = [&](const Settings& settings) {
+    return output<Segmentation>(run("mser", settings, inputs, context_))->regions.size();
+  };
+  for (const char* select : {"persistence", "stable_branch"})
+    EXPECT_EQ(
+        refused({{"select", scalar(select)}}),
+        "mser.select: persistence and stable_branch part a surface between its maxima, but a tree of shapes holds "
+        "maxima and minima within each other; select mser, length, level or meaningful, or take another "
+        "tree.polarity");
+  EXPECT_EQ(refused({{"delta_value", scalar("0.1")}}),
+            "mser.delta_value: a tree of shapes counts level lines, whatever their step; give mser.delta, a number of "
+            "them");
+  EXPECT_EQ(num_regions({{"select", scalar("mser")}}), 2u);
+  // The hill above the level and the pit below it; all around the pit reaches the rim.
+  EXPECT_EQ(num_regions({{"select", scalar("level")}, {"level", scalar("0.5")}}), 1u);
+  EXPECT_EQ(num_regions({{"select", scalar("level")}, {"level", scalar("-0.5")}}), 1u);
+  EXPECT_GE(num_regions({{"select", scalar("length")}, {"min_length", scalar("30 spacing")}}), 2u);
+  EXPECT_EQ(num_regions({{"select", scalar("meaningful")}, {"independent", scalar("4 spacing")}}), 2u);
+  for (const char* grow : {"none", "absorb", "watershed", "level"})
+    EXPECT_EQ(num_regions({{"grow", scalar(grow)}}), 2u) << grow;
+  EXPECT_EQ(num_regions({{"min_persistence", scalar("1.5")}}), 2u);
+  EXPECT_EQ(num_regions({{"min_persistence", scalar("2.1")}}), 0u);
+}
+
 TEST_F(TreeMserBorders, AllExcludedIsWarnedOfAndGivesNothing) {
   run_all({{"scalar", scalar("quality")}, {"exclude_rim", scalar("100 spacing")}}, {});
   EXPECT_TRUE(segmentation_->regions.empty());
@@ -262,6 +328,10 @@ TEST(TreeStage, ParametersThatContradictAreNamed) {
   EXPECT_EQ(problems_with({{"range", range}}), "range: the first quantile must be less than the second\n");
   range.items = {scalar("3"), scalar("-1")};
   EXPECT_EQ(problems_with({{"value_range", range}}), "value_range: the first value must be less than the second\n");
+  range.items = {scalar("1"), scalar("2"), scalar("3")};
+  EXPECT_EQ(problems_with({{"root", range}}),
+            "root: only polarity: shapes has a root to choose; leave root out, or take shapes\n");
+  EXPECT_EQ(problems_with({{"root", range}, {"polarity", scalar("shapes")}}), "");
 }
 
 }  // namespace

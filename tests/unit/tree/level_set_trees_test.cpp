@@ -135,8 +135,8 @@ TEST(BuildLevelSetTrees, DetrendingTakesASlopeAway) {
 
 TEST(BuildLevelSetTrees, AClippedMeanIsNotTiltedByASharpEdge) {
   const TriangleMesh mesh = sheet(40);
-  const VertexScalar scalar = scalar_on(
-      mesh, [](double x, double y) { return x == 20 ? 1000.0 : std::sin(1.7 * x) * std::cos(2.3 * y); });
+  const VertexScalar scalar =
+      scalar_on(mesh, [](double x, double y) { return x == 20 ? 1000.0 : std::sin(1.7 * x) * std::cos(2.3 * y); });
   LevelSetTreesParameters parameters;
   parameters.detrend = 8;
   const auto lowest = [&] {
@@ -174,10 +174,138 @@ TEST(BuildLevelSetTrees, NoiseLevelsTakeTheScalarsOwnNoise) {
   EXPECT_DOUBLE_EQ(build_level_set_trees(mesh, scalar, parameters).trees.noise, 0.2);
 }
 
+double bump_and_dent(double x, double y) {
+  const auto within = [&](double cx, double cy, double r) { return std::max(std::abs(x - cx), std::abs(y - cy)) <= r; };
+  if (within(4, 6, 2)) return 3;
+  if (within(13, 6, 1)) return -1;
+  if (within(13, 6, 4)) return -2;
+  return 0;
+}
+
+TEST(BuildLevelSetTrees, ShapesAreBrightAndDarkWithinEachOther) {
+  TriangleMesh mesh = sheet(18);
+  LevelSetTreesParameters parameters;
+  parameters.polarity = PolarityChoice::kShapes;
+  for (const LevelRule rule : {LevelRule::kEveryValue, LevelRule::kLinear, LevelRule::kList, LevelRule::kEqualArea}) {
+    parameters.levels.rule = rule;
+    parameters.levels.list = {-1.5, -0.5, 0.5};
+    parameters.levels.low_quantile = 0;
+    parameters.levels.high_quantile = 1;
+    const LevelSetTrees of = build_level_set_trees(mesh, scalar_on(mesh, bump_and_dent), parameters).trees;
+    ASSERT_EQ(of.trees.size(), 1u);
+    const ComponentTree& tree = of.trees[0];
+    EXPECT_EQ(tree.polarity, Polarity::kShapes);
+    ASSERT_EQ(tree.num_nodes(), 4u);
+    // By area: the bump in the dent, the bump, the dent, the sheet.
+    std::vector<std::int32_t> nodes = {0, 1, 2, 3};
+    std::sort(nodes.begin(), nodes.end(), [&](std::int32_t a, std::int32_t b) {
+      return tree.area_of_node[static_cast<std::size_t>(a)] < tree.area_of_node[static_cast<std::size_t>(b)];
+    });
+    EXPECT_EQ(tree.parent_of_node[static_cast<std::size_t>(nodes[0])], nodes[2]);
+    EXPECT_EQ(tree.parent_of_node[static_cast<std::size_t>(nodes[1])], 3);
+    EXPECT_EQ(tree.parent_of_node[static_cast<std::size_t>(nodes[2])], 3);
+    EXPECT_EQ(tree.side(nodes[0]), Polarity::kUpper);
+    EXPECT_EQ(tree.side(nodes[1]), Polarity::kUpper);
+    EXPECT_EQ(tree.side(nodes[2]), Polarity::kLower);
+    for (int i = 0; i < 3; ++i) {
+      // The line lies between what is within and what is around.
+      const double within[] = {-1, 3, -2}, around[] = {-2, 0, 0};
+      const double line = tree.value(nodes[static_cast<std::size_t>(i)]);
+      EXPECT_EQ(within[i] >= line, i < 2) << i;
+      EXPECT_EQ(around[i] >= line, i == 2) << i;
+    }
+    // Turned over, what was bright is dark.
+    parameters.transform = ScalarTransform::kNegate;
+    const ComponentTree negative =
+        build_level_set_trees(mesh, scalar_on(mesh, bump_and_dent), parameters).trees.trees[0];
+    parameters.transform = ScalarTransform::kIdentity;
+    if (rule == LevelRule::kList) continue;  // outright levels stay where they are
+    ASSERT_EQ(negative.num_nodes(), 4u);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const std::int32_t a = tree.node_of_triangle[t], b = negative.node_of_triangle[t];
+      EXPECT_EQ(tree.area_of_node[static_cast<std::size_t>(a)], negative.area_of_node[static_cast<std::size_t>(b)]);
+      if (tree.parent_of_node[static_cast<std::size_t>(a)] >= 0) {
+        EXPECT_NE(negative.side(b), tree.side(a));
+      }
+    }
+  }
+}
+
+TEST(BuildLevelSetTrees, TheRootOfShapesIsWhereTheUserPutsIt) {
+  TriangleMesh mesh = sheet(18);
+  mesh.origin = {100, 0, 0};
+  LevelSetTreesParameters parameters;
+  parameters.polarity = PolarityChoice::kShapes;
+  parameters.levels.rule = LevelRule::kEveryValue;
+  EXPECT_EQ(build_level_set_trees(mesh, scalar_on(mesh, bump_and_dent), parameters).root_vertex, -1);
+  // From within the dent all that lies around it is a shape, and the bump in it stays one.
+  parameters.root = Eigen::Vector3d(10.2, 6.1, 5);
+  const LevelSetTreesResult result = build_level_set_trees(mesh, scalar_on(mesh, bump_and_dent), parameters);
+  EXPECT_EQ(result.root_vertex, 6 * 19 + 10);
+  const ComponentTree& tree = result.trees.trees[0];
+  ASSERT_EQ(tree.num_nodes(), 4u);
+  const std::int32_t in_dent = tree.node_of_triangle[static_cast<std::size_t>(2 * (6 * 18 + 10))];
+  const std::int32_t outside = tree.node_of_triangle[0];
+  EXPECT_LT(tree.parent_of_node[static_cast<std::size_t>(in_dent)], 0);
+  EXPECT_EQ(tree.parent_of_node[static_cast<std::size_t>(outside)], in_dent);
+  EXPECT_EQ(tree.side(outside), Polarity::kUpper);
+  EXPECT_EQ(tree.value(outside), -1);
+  // A vertex that has left the mesh is no root.
+  parameters.exclude_rim = 2.5;
+  parameters.root = Eigen::Vector3d(0, 0, 0);
+  EXPECT_EQ(build_level_set_trees(mesh, scalar_on(mesh, bump_and_dent), parameters).root_vertex, 3 * 19 + 3);
+}
+
+TEST(BuildLevelSetTrees, ExclusionAndDetrendingPrecedeTheShapesToo) {
+  const TriangleMesh mesh = sheet(40);
+  const VertexScalar tilted = scalar_on(mesh, [](double x, double y) {
+    return 0.5 * x - 0.3 * y + (std::hypot(x - 20, y - 20) < 3 ? 20.0 : 0.0) +
+           (std::hypot(x - 28, y - 20) < 2 ? -20.0 : 0.0);
+  });
+  LevelSetTreesParameters parameters;
+  parameters.polarity = PolarityChoice::kShapes;
+  parameters.detrend = 8;
+  parameters.exclude_rim = 9;
+  parameters.levels.rule = LevelRule::kList;
+  parameters.levels.list = {-8, 8};
+  const LevelSetTreesResult result = build_level_set_trees(mesh, tilted, parameters);
+  const ComponentTree& tree = result.trees.trees[0];
+  EXPECT_GT(result.exclusion.num_near_rim, 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    EXPECT_EQ(tree.node_of_triangle[t] < 0, result.trees.excluded_of_triangle[t] != 0);
+  ASSERT_EQ(tree.num_nodes(), 3u);
+  EXPECT_NE(tree.side(0), tree.side(1));
+  // The slope alone would make a shape.
+  parameters.detrend = 0;
+  EXPECT_GT(build_level_set_trees(mesh, tilted, parameters).trees.trees[0].num_nodes(), 3u);
+}
+
+TEST(BuildLevelSetTrees, ShapesNeedASurfaceWithoutHandles) {
+  TriangleMesh torus;
+  for (std::int32_t i = 0; i < 36; ++i) {
+    torus.positions.emplace_back(i, i * i, 0);
+    const std::int32_t right = i / 6 * 6 + (i + 1) % 6, above = (i + 6) % 36, both = (right + 6) % 36;
+    torus.triangles.push_back({i, right, both});
+    torus.triangles.push_back({i, both, above});
+  }
+  LevelSetTreesParameters parameters;
+  parameters.polarity = PolarityChoice::kShapes;
+  EXPECT_EQ(message_of([&] {
+              build_level_set_trees(torus, scalar_on(torus, [](double x, double) { return x; }), parameters);
+            }),
+            "the tree of shapes needs a surface without handles, but the component of triangle 0 has 1: on it a closed "
+            "line need not part the inside from the outside; cut the handles open, or build an upper and a lower tree "
+            "(polarity: both)");
+}
+
 TEST(BuildLevelSetTrees, EmptyMesh) {
   const LevelSetTrees trees = build_level_set_trees({}, {}, {}).trees;
   ASSERT_EQ(trees.trees.size(), 2u);
   EXPECT_EQ(trees.trees[0].num_nodes(), 0u);
+  LevelSetTreesParameters shapes;
+  shapes.polarity = PolarityChoice::kShapes;
+  shapes.root = Eigen::Vector3d(0, 0, 0);
+  EXPECT_EQ(build_level_set_trees({}, {}, shapes).trees.trees.at(0).num_nodes(), 0u);
 }
 
 class FindVertexScalar : public ::testing::Test {

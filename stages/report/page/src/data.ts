@@ -8,7 +8,7 @@ export type Scalar = {
   colours: [number, number, number][];
 };
 export type Row = Record<string, unknown>;
-export type TreeHead = { polarity: string; num_nodes: number; least_area: number; levels: Figure[]; node_of_region: number[]; fates?: string[] };
+export type TreeHead = { polarity: string; num_nodes: number; least_area: number; num_levels: number; levels?: Figure[]; node_of_region: number[]; fates?: string[] };
 export type Column = { least: Figure; greatest: Figure; mean: Figure; not_finite: number; histogram: number[] };
 export type Output = { stage: string; output: string; fields: { name: string; count: number; columns: Column[] }[] };
 export type Header = {

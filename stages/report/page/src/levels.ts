@@ -83,13 +83,17 @@ const palette: [number, number, number][] = [
   [0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0], [240, 228, 66], [120, 94, 240],
 ];
 
+const treeNames: Record<string, string> = {
+  upper: "upper: S at least h", lower: "lower: S at most h", shapes: "shapes: high and low, holes filled",
+};
+
 export function makeLevels(app: App): HTMLElement {
   const trees = readTrees(app), units = app.header.units;
   if (!trees.length) return make("p", {}, "No tree was made.");
   const scalarUnit = unitForPeople(String(app.header.summary.scalar_unit ?? ""), units);
   let tree = trees[0], level = 1, last: Hit | null = null;
   const polarity = make("select", { id: "polarity", "aria-label": "Tree", change: () => { tree = trees[Number(polarity.value)]; setRange(); redraw(); if (last) chart(last); } },
-    ...trees.map((t, i) => make("option", { value: i }, t.head.polarity === "upper" ? "upper: S at least h" : "lower: S at most h")));
+    ...trees.map((t, i) => make("option", { value: i }, treeNames[t.head.polarity] ?? t.head.polarity)));
   const slider = make("input", { type: "range", id: "level", min: 1, "aria-label": "Level", input: () => { level = Number(slider.value); app.setColouring("levels"); redraw(); } });
   const given = app.run?.stages.find((s) => s.stage === "mser")?.parameters.delta;
   const delta = make("input", { type: "number", min: 1, max: 1000, value: Number.parseInt(given ?? "") || 3, id: "delta", "aria-label": "delta in levels", input: () => { if (last) chart(last); } });
@@ -98,8 +102,10 @@ export function makeLevels(app: App): HTMLElement {
   const element = make("div", {}, make("div", { class: "tools" }, polarity, make("label", {}, "delta ", delta)), slider, told, folded, charts, chain);
 
   function setRange() {
-    slider.max = String(tree.head.levels.length);
-    level = Math.min(Math.max(1, Math.round(tree.head.levels.length * 0.7)), tree.head.levels.length);
+    const { num_levels, levels } = tree.head;
+    slider.max = String(num_levels);
+    // Many lines lie about few places: the first shows all shapes.
+    level = levels ? Math.min(Math.max(1, Math.round(num_levels * 0.7)), num_levels) : Math.min(2, num_levels);
     slider.value = String(level);
     folded.textContent = tree.head.least_area > 0 ? `${show(tree.parent.length)} of ${show(tree.head.num_nodes)} nodes are in this page; those below ${show(tree.head.least_area)} ${units}² are counted to their parents.` : "";
   }
@@ -107,7 +113,9 @@ export function makeLevels(app: App): HTMLElement {
     const of = componentsAt(tree, level);
     let components = 0, area = 0;
     for (let n = 0; n < of.length; n++) if (of[n] === n) { components++; area += tree.area[n]; }
-    told.textContent = `Level ${level} of ${tree.head.levels.length}: ${tree.head.polarity === "upper" ? "S ≥" : "S ≤"} ${show(tree.head.levels[level - 1])} ${scalarUnit}; ${show(components)} components, ${show(area)} ${units}². Click the surface for the chain of nodes there.`;
+    const { levels, num_levels, polarity } = tree.head;
+    const meaning = levels ? `${polarity === "upper" ? "S ≥" : "S ≤"} ${show(levels[level - 1])} ${scalarUnit}` : `within ${level - 1} level lines or more`;
+    told.textContent = `Level ${level} of ${num_levels}: ${meaning}; ${show(components)} components, ${show(area)} ${units}². Click the surface for the chain of nodes there.`;
     const nodes = tree.nodeOfTriangle;
     app.levelPaint = (t) => {
       const component = nodes[t] < 0 ? -1 : of[nodes[t]];
