@@ -18,8 +18,10 @@
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/edit_tree.hpp"
 #include "stages/tree/levels.hpp"
+#include "stages/tree/tree_of_shapes.hpp"
 #include "tests/support/border_checker.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/saturation.hpp"
 
 namespace meshmser::testing {
 namespace {
@@ -91,7 +93,7 @@ std::vector<Triangles> sets_of(const ComponentTree& tree) {
   return sets;
 }
 
-/// One polarity of a case with the program's results and the oracle's.
+/// One tree of a case with the program's results and the oracle's.
 struct Side {
   ComponentTree tree;
   oracle::Surface surface;
@@ -100,6 +102,22 @@ struct Side {
   std::vector<Triangles> sets;
   std::vector<std::int32_t> selected;
 };
+
+/// All but the tree, from the levels of the triangles as the oracle has them.
+void finish(const Case& of, std::span<const std::int32_t> twins, std::span<const double> areas,
+            const std::vector<int>& level, int num_levels, Side& side) {
+  side.surface.num_levels = num_levels;
+  side.surface.level = level;
+  for (std::size_t t = 0; t < of.triangles.size(); ++t) {
+    side.surface.corners.push_back({of.triangles[t][0], of.triangles[t][1], of.triangles[t][2]});
+    side.surface.cut_out.push_back(of.excluded[t] != 0);
+    side.surface.area.push_back(static_cast<std::int64_t>(2 * areas[t]));
+  }
+  side.nodes = oracle::all_nodes(side.surface);
+  side.q = oracle::stability(side.surface, side.nodes, of.delta);
+  side.sets = sets_of(side.tree);
+  side.selected = select_mser(side.tree, {of.delta, of.against}, open_roots(side.tree, twins, of.excluded));
+}
 
 Side make_side(const Case& of, std::span<const std::int32_t> twins, std::span<const double> areas, Polarity polarity) {
   const bool lower = polarity == Polarity::kLower;
@@ -119,18 +137,12 @@ Side make_side(const Case& of, std::span<const std::int32_t> twins, std::span<co
                                    static_cast<std::int32_t>(levels.size()));
   side.tree.polarity = polarity;
   side.tree.levels = levels;
-  side.surface.num_levels = static_cast<int>(levels.size());
+  std::vector<int> level;
   for (std::size_t t = 0; t < of.triangles.size(); ++t) {
-    side.surface.corners.push_back({of.triangles[t][0], of.triangles[t][1], of.triangles[t][2]});
-    side.surface.cut_out.push_back(of.excluded[t] != 0);
-    side.surface.level.push_back(
-        of.excluded[t] != 0 ? 0 : oracle::level_of(side.surface.corners.back(), signed_values, levels));
-    side.surface.area.push_back(static_cast<std::int64_t>(2 * areas[t]));
+    const std::array<int, 3> corners = {of.triangles[t][0], of.triangles[t][1], of.triangles[t][2]};
+    level.push_back(of.excluded[t] != 0 ? 0 : oracle::level_of(corners, signed_values, levels));
   }
-  side.nodes = oracle::all_nodes(side.surface);
-  side.q = oracle::stability(side.surface, side.nodes, of.delta);
-  side.sets = sets_of(side.tree);
-  side.selected = select_mser(side.tree, {of.delta, of.against}, open_roots(side.tree, twins, of.excluded));
+  finish(of, twins, areas, level, static_cast<int>(levels.size()), side);
   return side;
 }
 
@@ -204,6 +216,59 @@ std::string broken_edits(const Case& of, const Side& side) {
   return "";
 }
 
+/// The borders of one tree's regions; `num_loops` is counted up.
+std::string broken_borders(const Case& of, std::span<const std::int32_t> twins, const Side& side,
+                           std::span<const SelectedNode> regions, std::int32_t tree_index,
+                           std::span<const std::int32_t> labels, std::size_t& num_loops) {
+  const BorderLoops borders = extract_borders({of.positions, of.triangles, twins}, side.tree,
+                                              number_of_nodes(side.tree, regions, tree_index), labels);
+  num_loops += borders.num_loops();
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    if (regions[r].tree != tree_index) continue;
+    const auto number = static_cast<std::int32_t>(r) + 1;
+    const Triangles& region = side.sets[static_cast<std::size_t>(regions[r].node)];
+    std::vector<std::uint8_t> inside(of.triangles.size(), 0);
+    for (const int t : region) inside[static_cast<std::size_t>(t)] = 1;
+    const std::string broken = check_border_loops(of.positions, of.triangles, of.excluded, inside, borders, number);
+    if (!broken.empty()) return broken;
+    std::vector<std::vector<int>> found;
+    for (std::size_t l = 0; l < borders.num_loops(); ++l)
+      if (borders.owner_of_loop[l] == number)
+        found.emplace_back(borders.half_edges.begin() + borders.first_edge_of_loop[l],
+                           borders.half_edges.begin() + borders.first_edge_of_loop[l + 1]);
+    std::sort(found.begin(), found.end());
+    if (found != oracle::border_loops(side.surface, region).loops) return "other border loops";
+  }
+  return "";
+}
+
+/// The tree of shapes against saturation; its selection and borders. A handle must be refused.
+std::string broken_shapes(const Case& of, std::span<const std::int32_t> twins, std::span<const double> areas,
+                          std::size_t& num_loops) {
+  const std::vector<std::int32_t> of_vertex = levels_of_vertices(of.values, of.levels, 1);
+  const std::int32_t root = of.delta == 4 ? 0 : -1;
+  const oracle::ShapesCase shapes{
+      of.positions, of.triangles, of.excluded, twins, of_vertex, areas, static_cast<int>(of.levels.size()), root};
+  const SurfaceView surface{of.positions, of.triangles, twins};
+  Side side;
+  const bool has_no_handle = oracle::has_no_handle(shapes);
+  try {
+    side.tree = build_tree_of_shapes(surface, areas, of_vertex, of.levels, of.excluded, root);
+  } catch (const StageError&) {
+    return has_no_handle ? "a surface without handles was refused" : "";
+  }
+  if (!has_no_handle) return "a surface with a handle was taken";
+  const oracle::ShapesCheck check = oracle::check_shapes(shapes, side.tree);
+  if (!check.broken.empty()) return check.broken;
+  finish(of, twins, areas, check.lines, *std::max_element(check.lines.begin(), check.lines.end()), side);
+  for (const std::string& broken :
+       {broken_tree(side, change_of_nodes(side.tree, of.delta)), broken_selection(of, side)})
+    if (!broken.empty()) return broken;
+  const std::vector trees{side.tree};
+  const std::vector<SelectedNode> regions = order_regions(trees, std::array{side.selected});
+  return broken_borders(of, twins, side, regions, 0, label_triangles(trees, regions), num_loops);
+}
+
 struct Results {
   std::string broken;
   MeshLawsCase counts;
@@ -250,31 +315,14 @@ Results check(std::span<const std::uint8_t> bytes) {
   }
   results.counts.num_regions = regions.size();
 
-  const SurfaceView surface{of.positions, of.triangles, twins};
   for (std::size_t i = 0; i < 2; ++i) {
-    const BorderLoops borders =
-        extract_borders(surface, trees[i], number_of_nodes(trees[i], regions, static_cast<std::int32_t>(i)), labels);
-    results.counts.num_loops += borders.num_loops();
-    for (std::size_t r = 0; r < regions.size(); ++r) {
-      if (regions[r].tree != static_cast<std::int32_t>(i)) continue;
-      const Triangles& region = sides[i].sets[static_cast<std::size_t>(regions[r].node)];
-      std::vector<std::uint8_t> inside(of.triangles.size(), 0);
-      for (const int t : region) inside[static_cast<std::size_t>(t)] = 1;
-      results.broken = check_border_loops(of.positions, of.triangles, of.excluded, inside, borders,
-                                          static_cast<std::int32_t>(r) + 1);
-      if (!results.broken.empty()) return results;
-      std::vector<std::vector<int>> found;
-      for (std::size_t l = 0; l < borders.num_loops(); ++l)
-        if (borders.owner_of_loop[l] == static_cast<std::int32_t>(r) + 1)
-          found.emplace_back(borders.half_edges.begin() + borders.first_edge_of_loop[l],
-                             borders.half_edges.begin() + borders.first_edge_of_loop[l + 1]);
-      std::sort(found.begin(), found.end());
-      if (found != oracle::border_loops(sides[i].surface, region).loops) {
-        results.broken = "other border loops";
-        return results;
-      }
-    }
+    results.broken =
+        broken_borders(of, twins, sides[i], regions, static_cast<std::int32_t>(i), labels, results.counts.num_loops);
+    if (!results.broken.empty()) return results;
   }
+  if (of.triangles.empty()) return results;
+  results.broken = broken_shapes(of, twins, areas, results.counts.num_loops);
+  if (!results.broken.empty()) results.broken = "shapes: " + results.broken;
   return results;
 }
 
