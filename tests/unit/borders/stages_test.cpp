@@ -180,6 +180,7 @@ TEST_F(TreeMserBorders, EverySelectionOfShapesWorksOrIsRefused) {
   EXPECT_EQ(num_regions({{"select", scalar("meaningful")}, {"independent", scalar("4 spacing")}}), 2u);
   for (const char* grow : {"none", "absorb", "watershed", "level"})
     EXPECT_EQ(num_regions({{"grow", scalar(grow)}}), 2u) << grow;
+  EXPECT_EQ(num_regions({{"min_contrast", scalar("1")}}), 2u);
   EXPECT_EQ(num_regions({{"min_persistence", scalar("1.5")}}), 2u);
   EXPECT_EQ(num_regions({{"min_persistence", scalar("2.1")}}), 0u);
 }

@@ -179,6 +179,17 @@ TEST(SelectMeaningful, TakesTheBestOfEachSectionAndTellsWhy) {
   EXPECT_THAT(select_meaningful(tree, logs, 1), ElementsAre(2, 3));
 }
 
+TEST(SelectMeaningful, ASectionOfShapesEndsWhereBrightTurnsIntoDark) {
+  // A chain of only children: two lines into a bump, which stands in a pit of two lines.
+  ComponentTree tree = make_tree({{1, 5, 1}, {2, 4, 1}, {3, 3, 1}, {4, 2, 1}, {-1, 1, 1}}, 5);
+  const std::vector<double> logs = {-2, -1, -3, -4, std::numeric_limits<double>::infinity()};
+  EXPECT_THAT(select_meaningful(tree, logs, 0), ElementsAre(3));
+  tree.polarity = Polarity::kShapes;
+  tree.side_of_node = {Polarity::kUpper, Polarity::kUpper, Polarity::kLower, Polarity::kLower, Polarity::kUpper};
+  tree.own_level_of_node = {3, 2, 1, 2, 3};
+  EXPECT_THAT(select_meaningful(tree, logs, 0), ElementsAre(0, 3));
+}
+
 /// White noise of deviation 1, averaged over neighbours so many times.
 std::vector<double> noise_on(std::int32_t size, unsigned seed, int rounds) {
   std::mt19937 random(seed);
