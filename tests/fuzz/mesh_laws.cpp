@@ -20,6 +20,7 @@
 #include "stages/tree/levels.hpp"
 #include "stages/tree/tree_of_shapes.hpp"
 #include "tests/support/border_checker.hpp"
+#include "tests/support/node_sets.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/saturation.hpp"
 
@@ -85,14 +86,6 @@ Case read_case(std::span<const std::uint8_t> bytes) {
   return of;
 }
 
-std::vector<Triangles> sets_of(const ComponentTree& tree) {
-  std::vector<Triangles> sets(tree.num_nodes());
-  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t)
-    for (std::int32_t n = tree.node_of_triangle[t]; n >= 0; n = tree.parent_of_node[static_cast<std::size_t>(n)])
-      sets[static_cast<std::size_t>(n)].insert(static_cast<int>(t));
-  return sets;
-}
-
 /// One tree of a case with the program's results and the oracle's.
 struct Side {
   ComponentTree tree;
@@ -115,7 +108,7 @@ void finish(const Case& of, std::span<const std::int32_t> twins, std::span<const
   }
   side.nodes = oracle::all_nodes(side.surface);
   side.q = oracle::stability(side.surface, side.nodes, of.delta);
-  side.sets = sets_of(side.tree);
+  side.sets = testing::sets_of(side.tree);
   side.selected = select_mser(side.tree, {of.delta, of.against}, open_roots(side.tree, twins, of.excluded));
 }
 

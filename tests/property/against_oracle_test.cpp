@@ -20,6 +20,7 @@
 #include "stages/mser/stability.hpp"
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/levels.hpp"
+#include "tests/support/node_sets.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/random_mesh.hpp"
 
@@ -99,17 +100,6 @@ Scene make_scene(std::uint32_t seed, std::mt19937_64& random) {
   return scene;
 }
 
-/// The triangles of every node of a tree, descendants included.
-std::vector<Triangles> sets_of(const ComponentTree& tree) {
-  std::vector<Triangles> sets(tree.num_nodes());
-  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t) {
-    std::int32_t node = tree.node_of_triangle[t];
-    for (; node >= 0; node = tree.parent_of_node[static_cast<std::size_t>(node)])
-      sets[static_cast<std::size_t>(node)].insert(static_cast<int>(t));
-  }
-  return sets;
-}
-
 /// For each node of the tree its index among the oracle's nodes.
 std::vector<std::size_t> match_nodes(const std::vector<Triangles>& sets, const std::vector<oracle::Node>& nodes) {
   std::vector<std::size_t> match;
@@ -177,7 +167,7 @@ TEST_P(AgainstOracle, EverythingIsEqual) {
       SCOPED_TRACE(side == 0 ? "upper" : "lower");
       const ComponentTree& tree = scene.trees[side];
       const oracle::Surface& surface = scene.surfaces[side];
-      sets[side] = sets_of(tree);
+      sets[side] = testing::sets_of(tree);
       const std::vector<oracle::Node> nodes = oracle::all_nodes(surface);
       const std::vector<std::size_t> match = match_nodes(sets[side], nodes);
       check_tree(scene, side, nodes, match);

@@ -19,6 +19,7 @@
 #include "stages/mser/segment.hpp"
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/levels.hpp"
+#include "tests/support/node_sets.hpp"
 #include "tests/support/random_mesh.hpp"
 
 namespace meshmser {
@@ -68,14 +69,6 @@ Scene make_scene(std::uint32_t seed) {
     scene.trees.trees.push_back(std::move(tree));
   }
   return scene;
-}
-
-std::vector<std::set<std::int32_t>> sets_of(const ComponentTree& tree) {
-  std::vector<std::set<std::int32_t>> sets(tree.num_nodes());
-  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t)
-    for (std::int32_t n = tree.node_of_triangle[t]; n >= 0; n = tree.parent_of_node[static_cast<std::size_t>(n)])
-      sets[static_cast<std::size_t>(n)].insert(static_cast<std::int32_t>(t));
-  return sets;
 }
 
 /// The integral over a triangle of a polynomial of degree 2: a third of the area times the sum at the edges' middles.
@@ -196,7 +189,7 @@ TEST_P(NodeAttributesOfRandomMeshes, AreThoseOfTheirTriangles) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     const Scene scene = make_scene(seed);
     for (const ComponentTree& tree : scene.trees.trees) {
-      const std::vector<std::set<std::int32_t>> sets = sets_of(tree);
+      const std::vector<std::set<std::int32_t>> sets = testing::sets_of(tree);
       const std::vector<NodeAttributes> all = attributes_of_nodes(scene.view(), tree, scene.trees.values, scene.areas);
       ASSERT_EQ(all.size(), tree.num_nodes());
       std::vector<std::int32_t> numbers(tree.num_nodes());
@@ -260,7 +253,7 @@ TEST(Segment, BothPolaritiesMakeOneTableAndOneLabelling) {
                       .size();
     ASSERT_EQ(result.regions.size(), selected);
     std::vector<std::vector<std::set<std::int32_t>>> sets;
-    for (const ComponentTree& tree : scene.trees.trees) sets.push_back(sets_of(tree));
+    for (const ComponentTree& tree : scene.trees.trees) sets.push_back(testing::sets_of(tree));
     for (const Region& region : result.regions) {
       const std::size_t side = region.polarity == Polarity::kUpper ? 0 : 1;
       members.push_back(sets[side][static_cast<std::size_t>(region.node)]);

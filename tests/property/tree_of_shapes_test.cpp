@@ -26,6 +26,7 @@
 #include "stages/tree/edit_tree.hpp"
 #include "stages/tree/levels.hpp"
 #include "tests/support/border_checker.hpp"
+#include "tests/support/node_sets.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/random_mesh.hpp"
 #include "tests/support/saturation.hpp"
@@ -96,14 +97,6 @@ TEST(TreeOfShapes, IsSaturationOnRandomMeshes) {
   EXPECT_LT(handles, 500);
 }
 
-std::vector<Triangles> sets_of(const ComponentTree& tree) {
-  std::vector<Triangles> sets(tree.num_nodes());
-  for (std::size_t t = 0; t < tree.node_of_triangle.size(); ++t)
-    for (std::int32_t n = tree.node_of_triangle[t]; n >= 0; n = tree.parent_of_node[static_cast<std::size_t>(n)])
-      sets[static_cast<std::size_t>(n)].insert(static_cast<int>(t));
-  return sets;
-}
-
 /// The surface as the oracle of selections and borders takes it, with the numbers of lines by saturation as its levels.
 oracle::Surface lines_of(const Scene& scene, const std::vector<int>& lines) {
   oracle::Surface surface;
@@ -168,7 +161,7 @@ TEST(TreeOfShapes, SelectionAndBordersAreThoseOfBruteForce) {
     ASSERT_EQ(check.broken, "");
     const oracle::Surface surface = lines_of(scene, check.lines);
     const std::vector<oracle::Node> nodes = oracle::all_nodes(surface);
-    const std::vector<Triangles> sets = sets_of(tree);
+    const std::vector<Triangles> sets = testing::sets_of(tree);
     const int delta = 1 + static_cast<int>(seed % 3);
     const Against against = seed % 2 == 0 ? Against::kChildren : Against::kMainChild;
     const std::vector<oracle::Ratio> q = oracle::stability(surface, nodes, delta);
@@ -231,7 +224,7 @@ TEST(TreeOfShapes, CurvesRunWhereTheScalarIsThatOfTheLine) {
     Scene scene = make_scene(seed);
     if (!oracle::has_no_handle(scene.words())) continue;
     const ComponentTree tree = scene.shapes();
-    const std::vector<Triangles> sets = sets_of(tree);
+    const std::vector<Triangles> sets = testing::sets_of(tree);
     std::vector<std::int32_t> number_of_node(tree.num_nodes(), 0);
     std::vector<BorderRegion> regions;
     for (std::size_t n = 0; n < tree.num_nodes(); ++n) {

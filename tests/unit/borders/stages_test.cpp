@@ -77,6 +77,16 @@ class TreeMserBorders : public ::testing::Test {
     borders_ = output<BorderSet>(run("borders", borders_settings, inputs_, context_));
   }
 
+  /// "" or what the border checker says of a region's loops.
+  std::string what_is_wrong_with_borders(const ComponentTree& tree, std::size_t region) const {
+    const std::int32_t top = segmentation_->regions[region].node;
+    std::vector<std::uint8_t> inside;
+    for (const std::int32_t node : tree.node_of_triangle)
+      inside.push_back(node <= top && node >= tree.first_node_of_subtree[static_cast<std::size_t>(top)]);
+    return testing::check_border_loops(mesh_.positions, mesh_.triangles, trees_->excluded_of_triangle, inside,
+                                       borders_->regions, static_cast<std::int32_t>(region) + 1);
+  }
+
   TriangleMesh mesh_ = hill_and_pit();
   Inputs inputs_;
   RunContext context_{Execution{}, "", "test", "mm"};
@@ -93,13 +103,7 @@ TEST_F(TreeMserBorders, HillAndPitAreEnclosed) {
     const Region& region = segmentation_->regions[r];
     (region.polarity == Polarity::kUpper ? upper : lower) = true;
     const ComponentTree& tree = trees_->trees[region.polarity == Polarity::kUpper ? 0 : 1];
-    std::vector<std::uint8_t> inside;
-    for (const std::int32_t node : tree.node_of_triangle)
-      inside.push_back(node <= region.node &&
-                       node >= tree.first_node_of_subtree[static_cast<std::size_t>(region.node)]);
-    EXPECT_EQ(testing::check_border_loops(mesh_.positions, mesh_.triangles, trees_->excluded_of_triangle, inside,
-                                          borders_->regions, static_cast<std::int32_t>(r) + 1),
-              "");
+    EXPECT_EQ(what_is_wrong_with_borders(tree, r), "");
   }
   EXPECT_TRUE(upper);
   EXPECT_TRUE(lower);
@@ -134,13 +138,7 @@ TEST_F(TreeMserBorders, ShapesAreEnclosedFromEitherSide) {
     } else {
       EXPECT_LT(region.scalar_max, region.value);
     }
-    std::vector<std::uint8_t> inside;
-    for (const std::int32_t node : tree.node_of_triangle)
-      inside.push_back(node <= region.node &&
-                       node >= tree.first_node_of_subtree[static_cast<std::size_t>(region.node)]);
-    EXPECT_EQ(testing::check_border_loops(mesh_.positions, mesh_.triangles, trees_->excluded_of_triangle, inside,
-                                          borders_->regions, static_cast<std::int32_t>(r) + 1),
-              "");
+    EXPECT_EQ(what_is_wrong_with_borders(tree, r), "");
   }
   EXPECT_TRUE(upper);
   EXPECT_TRUE(lower);
