@@ -16,7 +16,7 @@ namespace meshmser {
 namespace {
 
 constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
-constexpr std::size_t kBandAhead = 4;  ///< triangles of a front whose neighbours are fetched ahead
+constexpr std::size_t kBandAhead = 8;  ///< triangles of a front whose neighbours are fetched ahead
 
 /// The level half-edges of every selected node, by node, then ascending. Of two neighbouring triangles one's node is an
 /// ancestor of the other's, so climbing ends at the first selected node that holds both.
@@ -106,13 +106,17 @@ class BandWalk {
     front_.clear();
     middles_.clear();
     // Triangles at the border itself count whatever their size, so that neither side is empty.
-    for (const std::int32_t h : level_edges) {
-      const auto from = static_cast<std::int32_t>(middles_.size());
-      middles_.push_back(middle(h));
-      reach({h / 3, from}, top);
-      reach({surface_.twins[static_cast<std::size_t>(h)] / 3, from}, top);
-    }
     const BandTriangle* triangles = mesh_.triangles.data();
+    for (std::size_t i = 0; i < level_edges.size(); ++i) {
+      if (i + 2 * kBandAhead < level_edges.size()) prefetch(level_edges[i + 2 * kBandAhead] / 3);
+      if (i + kBandAhead < level_edges.size()) prefetch(beyond(level_edges[i + kBandAhead]));
+      const std::int32_t inside = level_edges[i] / 3, outside = beyond(level_edges[i]);
+      const std::array<float, 3>&a = triangles[inside].centroid, &b = triangles[outside].centroid;
+      const auto from = static_cast<std::int32_t>(i);
+      middles_.push_back({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2});
+      reach({inside, from}, top);
+      reach({outside, from}, top);
+    }
     std::array<double, 2> sum{0, 0}, weight{0, 0};
     for (std::size_t f = 0; f < front_.size(); ++f) {
       if (f + kBandAhead < front_.size()) prefetch_around(front_[f + kBandAhead].triangle);
@@ -142,20 +146,17 @@ class BandWalk {
     const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
     return x * x + y * y + z * z;
   }
-  std::array<float, 3> middle(std::int32_t h) const {
-    const auto& corners = surface_.triangles[static_cast<std::size_t>(h / 3)];
-    const auto corner = [&](std::int32_t k) {
-      return surface_.positions[static_cast<std::size_t>(corners[static_cast<std::size_t>(k % 3)])];
-    };
-    const Eigen::Vector3f middle = ((corner(h % 3) + corner(h % 3 + 1)) / 2 - mesh_.origin).cast<float>();
-    return {middle.x(), middle.y(), middle.z()};
+  /// The triangle on the other side of a level half-edge.
+  std::int32_t beyond(std::int32_t h) const {
+    return mesh_.triangles[static_cast<std::size_t>(h / 3)].neighbours[static_cast<std::size_t>(h % 3)];
+  }
+  void prefetch(std::int32_t triangle) const {
+    const auto t = static_cast<std::size_t>(std::max(triangle, 0));
+    __builtin_prefetch(&met_[t], 1);
+    __builtin_prefetch(&mesh_.triangles[t]);
   }
   void prefetch_around(std::int32_t triangle) const {
-    for (const std::int32_t next : mesh_.triangles[static_cast<std::size_t>(triangle)].neighbours) {
-      const auto t = static_cast<std::size_t>(std::max(next, 0));
-      __builtin_prefetch(&met_[t], 1);
-      __builtin_prefetch(&mesh_.triangles[t]);
-    }
+    for (const std::int32_t next : mesh_.triangles[static_cast<std::size_t>(triangle)].neighbours) prefetch(next);
   }
   void reach(const Reached& reached, std::int32_t mark) {
     const auto t = static_cast<std::size_t>(reached.triangle);

@@ -42,7 +42,9 @@ def core_table(times, size, cpu):
     rows = [("adjacency", "adjacency", 0), ("levels and areas", "quantise_and_areas", 0), ("tree with areas", "tree", 0),
             ("tree of every distinct value, with its sort", "tree_every_value", 0),
             ("selection and labels", "select_and_label", 1), ("borders of all regions", "borders", 0),
-            ("whole", "whole", 0)]
+            ("whole", "whole", 0), ("contrasts of the regions", "contrasts", 0),
+            ("cleaning: filters, contrasts, watershed, absorb", "cleaning", 0),
+            ("attributes and fitted shapes of all regions", "attributes", 0), ("tree of shapes", "tree_of_shapes", 0)]
     lines = [f"| {size} triangles | " + " | ".join(f.replace("/", ", ") for f in FIELDS) + " |",
              "|---|" + "---|" * len(FIELDS)]
     for title, what, digits in rows:
@@ -84,18 +86,13 @@ def main():
     times = measure(options.folder, "/1M/field", options.repetitions, options.cpu)
     lines += core_table(times, "1M", options.cpu) + [""]
     if options.large:
-        large = measure(options.folder, "^[a-z_]*/[12]/4M/field", options.repetitions, options.cpu)
+        large = measure(options.folder, "/4M/field", options.repetitions, options.cpu)
         lines += core_table(large, "4M", options.cpu) + [""]
 
     nested = measure(options.folder, "borders_nested", options.repetitions, options.cpu)
     depth = {int(name.rsplit("_", 1)[1]): value for name, value in nested.items()}
     lines.append("Borders at equal output, ns a triangle by depth of nesting: " +
                  ", ".join(f"{d} deep {depth[d]:.1f}" for d in sorted(depth)) + ".")
-    lines.append("")
-    lines.append("Cleaning (filters, contrast, watershed, absorb) beyond selection, description and labels, ns a triangle: " +
-                 ", ".join(f"{field.replace('/', ' ')} "
-                           f"{times[f'segment_and_clean/1/1M/field/{field}'] - times[f'segment/1/1M/field/{field}']:.0f}"
-                           for field in FIELDS) + ".")
     lines.append("")
     sizes = ["1000000", "40000000"] if options.large else ["1000000"]
     programs = [["memory_bench", size] for size in sizes] + [["stages_bench", "1000000", "1", "5"]]

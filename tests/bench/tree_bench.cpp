@@ -10,18 +10,26 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "stages/borders/borders.hpp"
 #include "stages/common/adjacency.hpp"
+#include "stages/mser/border_contrast.hpp"
+#include "stages/mser/describe_regions.hpp"
+#include "stages/mser/filters.hpp"
+#include "stages/mser/grow.hpp"
 #include "stages/mser/label_triangles.hpp"
+#include "stages/mser/patches.hpp"
 #include "stages/mser/segment.hpp"
 #include "stages/mser/select_mser.hpp"
 #include "stages/mser/stability.hpp"
 #include "stages/tree/component_tree.hpp"
 #include "stages/tree/levels.hpp"
+#include "stages/tree/tree_of_shapes.hpp"
 #include "tests/bench/bench_mesh.hpp"
 #include "tests/bench/plain_reference.hpp"
 
@@ -102,26 +110,56 @@ void count_triangles(benchmark::State& state, const Prepared& p) {
   state.counters["peak MB"] = static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-LevelSetTrees level_sets_of(const Prepared& p) {
-  LevelSetTrees level_sets;
-  level_sets.values = p.mesh.values;
-  level_sets.noise = kNoise;
-  level_sets.trees.push_back(p.tree);
-  return level_sets;
-}
+/// What the stage mser does by default between selection and labels, and the watershed: on a grid of spacing 1.
+struct Cleaning {
+  explicit Cleaning(const Prepared& prepared) : p(prepared) {
+    parameters.min_area = 60;
+    parameters.min_persistence = 6 * kNoise;
+    parameters.min_contrast = 3;
+    parameters.band = 3;
+    parameters.min_diversity = 0.2;
+    parameters.absorb_area = 20;
+    SelectMserParameters mser;
+    mser.delta = 6;
+    changes = change_of_nodes(p.tree, mser.delta);
+    maxima = find_maxima(p.tree);
+    selected = select_mser(p.tree, changes, mser);
+    large = filter_persistence(maxima, filter_area(p.tree, selected, parameters.min_area, kAnyArea),
+                               parameters.min_persistence);
+    values = triangle_means(p.surface(), p.mesh.values);
+    for (const double value : p.mesh.values) strength.push_back(std::abs(value));
+    labels = split_patches(p.twins, label_triangles(trees(), ordered(filter({}))), p.areas).patch_of_triangle;
+  }
 
-/// What the stage mser does by default, and the watershed: on a grid of spacing 1.
-SegmentParameters cleaning() {
+  std::span<const ComponentTree> trees() const { return {&p.tree, 1}; }
+  std::vector<SelectedNode> ordered(std::vector<std::int32_t> nodes) const {
+    const std::vector<std::vector<std::int32_t>> selections{std::move(nodes)};
+    return order_regions(trees(), selections);
+  }
+  std::vector<std::int32_t> filter(const Execution& execution) const {
+    std::vector<std::int32_t> nodes = filter_persistence(
+        maxima, filter_area(p.tree, selected, parameters.min_area, kAnyArea), parameters.min_persistence);
+    const std::vector<double> contrasts =
+        border_contrasts(p.surface(), p.tree, nodes, values, p.areas, parameters.band, execution);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      if (contrasts[i] >= parameters.min_contrast * kNoise) nodes[kept++] = nodes[i];
+    nodes.resize(kept);
+    return filter_diversity(p.tree, changes, nodes, parameters.min_diversity);
+  }
+  std::vector<std::int32_t> grow() const {
+    return absorb_small_patches(p.surface(), flood_by_strength(p.surface(), labels, strength), p.areas,
+                                parameters.absorb_area);
+  }
+
+  static constexpr double kAnyArea = std::numeric_limits<double>::infinity();
+  const Prepared& p;
   SegmentParameters parameters;
-  parameters.min_area = 60;
-  parameters.min_persistence = 6 * kNoise;
-  parameters.min_contrast = 3;
-  parameters.band = 3;
-  parameters.min_diversity = 0.2;
-  parameters.grow = Grow::kWatershed;
-  parameters.absorb_area = 20;
-  return parameters;
-}
+  std::vector<std::int64_t> changes;
+  Maxima maxima;
+  std::vector<std::int32_t> selected, large, labels;  ///< nodes; those that are asked for their contrast; before growth
+  std::vector<double> values, strength;               ///< of triangles; of vertices
+};
 
 struct Selected {
   std::vector<std::int32_t> number_of_node, region_of_triangle;
@@ -206,19 +244,40 @@ void add(const Setting& s) {
       }
       state.counters["border edges"] = static_cast<double>(edges);
     });
-  for (const bool clean : {false, true})
-    run(clean ? "segment_and_clean/1" : "segment/1", [clean](benchmark::State& state, const Prepared& p) {
-      const LevelSetTrees level_sets = level_sets_of(p);
-      std::size_t labels = 0, regions = 0;
-      for (auto _ : state) {
-        const Segmentation made =
-            segment({p.surface(), level_sets, {}, {}, {}}, clean ? cleaning() : SegmentParameters{}, threads(1));
-        labels = made.region_of_label.size() - 1;
-        regions = made.regions.size();
-      }
-      state.counters["labels"] = static_cast<double>(labels);
-      state.counters["regions"] = static_cast<double>(regions);
+  for (const int n : {1, 2})
+    run("contrasts/" + std::to_string(n), [n](benchmark::State& state, const Prepared& p) {
+      const Cleaning cleaning(p);
+      for (auto _ : state)
+        benchmark::DoNotOptimize(border_contrasts(p.surface(), p.tree, cleaning.large, cleaning.values, p.areas,
+                                                  cleaning.parameters.band, threads(n)));
+      state.counters["regions"] = static_cast<double>(cleaning.large.size());
     });
+  for (const int n : {1, 2})
+    run("cleaning/" + std::to_string(n), [n](benchmark::State& state, const Prepared& p) {
+      const Cleaning cleaning(p);
+      std::size_t kept = 0;
+      for (auto _ : state) {
+        kept = cleaning.filter(threads(n)).size();
+        benchmark::DoNotOptimize(cleaning.grow());
+      }
+      state.counters["regions"] = static_cast<double>(kept);
+    });
+  run("attributes/1", [](benchmark::State& state, const Prepared& p) {
+    const Cleaning cleaning(p);
+    const std::vector<TreeSelection> selections{{cleaning.changes, cleaning.maxima, {}, cleaning.selected}};
+    const std::vector<SelectedNode> regions = cleaning.ordered(cleaning.selected);
+    for (auto _ : state)
+      benchmark::DoNotOptimize(
+          describe_regions(p.surface(), cleaning.trees(), selections, regions, p.mesh.values, p.areas, threads(1)));
+    state.counters["regions"] = static_cast<double>(regions.size());
+  });
+  run("tree_of_shapes/1", [](benchmark::State& state, const Prepared& p) {
+    const std::vector<std::int32_t> level = levels_of_vertices(p.mesh.values, p.levels, 1);
+    std::size_t nodes = 0;
+    for (auto _ : state)
+      nodes = build_tree_of_shapes(p.surface(), p.areas, level, p.levels, {}, -1, threads(1)).num_nodes();
+    state.counters["nodes"] = static_cast<double>(nodes);
+  });
   for (const int n : {1, 2})
     run("whole/" + std::to_string(n), [n](benchmark::State& state, const Prepared& p) {
       for (auto _ : state) {

@@ -2,7 +2,7 @@
 // usage: node page_test.mjs MESHMSER SOURCE [FOLDER for screenshots]
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
-import { existsSync, readFileSync, rmSync } from "node:fs";
+import { readFileSync, rmSync } from "node:fs";
 import { join } from "node:path";
 import { call, demoFolder, drawn, keepShot, launch, open, pixelOf } from "./chromium.mjs";
 
@@ -24,10 +24,22 @@ try {
   const text = (selector) => page.$eval(selector, (element) => element.textContent);
   const rows = () => page.$$eval("#table tbody tr", (all) => all.map((row) => Number(row.dataset.row)));
   const session = await page.createCDPSession();
-  await session.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder });
+  await session.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder, eventsEnabled: true });
+  // The file lies there, empty, before it is written: the end of the download counts, not its name.
   const fetched = async (button, name, encoding = "utf8") => {
+    const ended = new Promise((done, failed) => {
+      const late = setTimeout(() => settle("late"), 60000);
+      const settle = (state) => {
+        clearTimeout(late);
+        session.off("Browser.downloadProgress", follow);
+        if (state === "completed") done();
+        else failed(new Error(`download of ${name}: ${state}`));
+      };
+      const follow = ({ state }) => { if (state !== "inProgress") settle(state); };
+      session.on("Browser.downloadProgress", follow);
+    });
     await page.click(button);
-    for (let i = 0; i < 600 && !existsSync(join(folder, name)); i++) await new Promise((done) => setTimeout(done, 100));
+    await ended;
     const content = readFileSync(join(folder, name), encoding);
     rmSync(join(folder, name));
     return content;

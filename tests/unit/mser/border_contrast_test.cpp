@@ -21,6 +21,9 @@ double literal_contrast(const HeightField& field, const ComponentTree& tree, std
     return field.positions[static_cast<std::size_t>(
         field.triangles[static_cast<std::size_t>(t)][static_cast<std::size_t>(k % 3)])];
   };
+  const auto centroid = [&](std::int32_t t) {
+    return Eigen::Vector3d((corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3);
+  };
   const auto is_inside = [&](std::int32_t t) {
     std::int32_t of = tree.node_of_triangle[static_cast<std::size_t>(t)];
     while (of >= 0 && of != node) of = tree.parent_of_node[static_cast<std::size_t>(of)];
@@ -34,7 +37,7 @@ double literal_contrast(const HeightField& field, const ComponentTree& tree, std
   for (std::int32_t h = 0; h < static_cast<std::int32_t>(field.twins.size()); ++h) {
     const std::int32_t twin = field.twins[static_cast<std::size_t>(h)];
     if (twin < 0 || !is_inside(h / 3) || is_inside(twin / 3)) continue;
-    const Eigen::Vector3d middle = (corner(h / 3, h % 3) + corner(h / 3, h % 3 + 1)) / 2;
+    const Eigen::Vector3d middle = (centroid(h / 3) + centroid(twin / 3)) / 2;
     reach(h / 3, middle);
     reach(twin / 3, middle);
   }
@@ -48,7 +51,7 @@ double literal_contrast(const HeightField& field, const ComponentTree& tree, std
       const std::int32_t twin = field.twins[static_cast<std::size_t>(h)];
       if (twin < 0) continue;
       const std::int32_t next = twin / 3;
-      if (((corner(next, 0) + corner(next, 1) + corner(next, 2)) / 3 - from).norm() <= band) reach(next, from);
+      if ((centroid(next) - from).norm() <= band) reach(next, from);
     }
   }
   return weight[0] > 0 && weight[1] > 0 ? sum[1] / weight[1] - sum[0] / weight[0] : 0;
