@@ -29,7 +29,12 @@ class LoopTracer {
   template <class Inside>
   std::int64_t trace(std::span<std::int32_t> half_edges, std::span<EdgeKind> kinds, std::span<std::int32_t> neighbours,
                      Inside&& inside, std::span<const std::int32_t> number_behind, std::vector<Traced>& loops) {
-    for (const std::int32_t half_edge : half_edges) word(half_edge) |= bit(half_edge);
+    // The walk along a loop waits for every place on its way; here, where none waits for another, they come sooner.
+    for (const std::int32_t half_edge : half_edges) {
+      word(half_edge) |= bit(half_edge);
+      __builtin_prefetch(&start_of(half_edge));
+      __builtin_prefetch(&surface_.twins[static_cast<std::size_t>(half_edge)]);
+    }
     found_.clear();
     edges_.clear();
     std::int64_t num_dropped = 0;

@@ -16,7 +16,7 @@ namespace meshmser {
 namespace {
 
 constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
-constexpr std::size_t kBandAhead = 8;  ///< triangles of a front whose neighbours are fetched ahead
+constexpr std::size_t kBandAhead = 16;  ///< triangles of a front whose neighbours are fetched ahead
 
 /// The level half-edges of every selected node, by node, then ascending. Of two neighbouring triangles one's node is an
 /// ancestor of the other's, so climbing ends at the first selected node that holds both.
@@ -51,7 +51,7 @@ HalfEdgesByOwner level_edges_of(const SurfaceView& surface, const ComponentTree&
 /// mesh, so that 24 bits are plenty for means over bands.
 struct alignas(32) BandTriangle {
   std::array<float, 3> centroid;
-  std::array<std::int32_t, 3> neighbours;  ///< -1: none
+  std::array<std::int32_t, 3> neighbours;  ///< itself where there is none
   float area, value;
 };
 
@@ -82,7 +82,7 @@ BandMesh make_band_mesh(const SurfaceView& surface, std::span<const double> tria
                       for (std::size_t k = 0; k < 3; ++k) {
                         of.centroid[k] = static_cast<float>(centroid[static_cast<Eigen::Index>(k)]);
                         const std::int32_t twin = surface.twins[3 * t + k];
-                        of.neighbours[k] = twin < 0 ? -1 : twin / 3;
+                        of.neighbours[k] = twin < 0 ? static_cast<std::int32_t>(t) : twin / 3;
                       }
                       of.area = static_cast<float>(areas[t]);
                       of.value = static_cast<float>(triangle_values[t] - first_value);
@@ -118,20 +118,32 @@ class BandWalk {
       reach({outside, from}, top);
     }
     std::array<double, 2> sum{0, 0}, weight{0, 0};
-    for (std::size_t f = 0; f < front_.size(); ++f) {
-      if (f + kBandAhead < front_.size()) prefetch_around(front_[f + kBandAhead].triangle);
+    // Whether a neighbour joins the front is as good as random, so it is put there always and stays or not.
+    std::size_t end = front_.size();
+    std::int32_t* met = met_.data();
+    const std::int32_t* node_of = tree_.node_of_triangle.data();
+    for (std::size_t f = 0; f < end; ++f) {
+      if (front_.size() < end + 3) front_.resize(2 * end + 3);
+      if (f + kBandAhead < end) prefetch_around(front_[f + kBandAhead].triangle);
       const Reached reached = front_[f];
-      const BandTriangle& here = triangles[static_cast<std::size_t>(reached.triangle)];
-      const std::int32_t node = tree_.node_of_triangle[static_cast<std::size_t>(reached.triangle)];
-      const std::size_t side = node >= first && node <= top ? 1 : 0;
-      const double area = here.area;
-      sum[side] += area * here.value;
-      weight[side] += area;
-      const std::array<float, 3>& from = middles_[static_cast<std::size_t>(reached.from)];
-      for (const std::int32_t next : here.neighbours)
-        if (next >= 0 && met_[static_cast<std::size_t>(next)] != top &&
-            distance2(triangles[static_cast<std::size_t>(next)].centroid, from) <= band2_)
-          reach({next, reached.from}, top);
+      const BandTriangle& here = triangles[reached.triangle];
+      const std::int32_t node = node_of[reached.triangle];
+      const double area = here.area, inside = static_cast<double>((node >= first) & (node <= top)) * area;
+      sum[1] += inside * here.value;
+      weight[1] += inside;
+      sum[0] += (area - inside) * here.value;
+      weight[0] += area - inside;
+      const std::array<float, 3> from = middles_[static_cast<std::size_t>(reached.from)];
+      Reached* front = front_.data();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t next = here.neighbours[k];
+        const std::int32_t mark = met[next];
+        const std::int32_t joins = static_cast<std::int32_t>(mark != top) &
+                                   static_cast<std::int32_t>(distance2(triangles[next].centroid, from) <= band2_);
+        front[end] = {next, reached.from};
+        end += static_cast<std::size_t>(joins);
+        met[next] = mark ^ ((mark ^ top) & -joins);
+      }
     }
     return weight[0] > 0 && weight[1] > 0 ? sum[1] / weight[1] - sum[0] / weight[0] : 0;
   }
@@ -151,7 +163,7 @@ class BandWalk {
     return mesh_.triangles[static_cast<std::size_t>(h / 3)].neighbours[static_cast<std::size_t>(h % 3)];
   }
   void prefetch(std::int32_t triangle) const {
-    const auto t = static_cast<std::size_t>(std::max(triangle, 0));
+    const auto t = static_cast<std::size_t>(triangle);
     __builtin_prefetch(&met_[t], 1);
     __builtin_prefetch(&mesh_.triangles[t]);
   }
