@@ -46,6 +46,18 @@ class CurvatureHistogram {
   std::array<std::int32_t, kSteps> count_{};
 };
 
+/// The curvature that a patch may have at a border by its own bending: what it has nearly everywhere (a low quantile),
+/// or, where its median is not far above that, so that it bends evenly, a little more than the median, because floods
+/// meet where a face happens to bend most. A median far above comes from edges blurred into a small or wrinkled patch
+/// and says nothing; between the two the low quantile takes over step by step.
+double bending_of(const CurvatureHistogram& histogram, double low_quantile) {
+  constexpr double kEven = 1.6, kMoreAtBorders = 1.15;
+  const double low = histogram.quantile(low_quantile);
+  if (low <= 0) return 0;
+  const double ratio = histogram.quantile(0.5) / low;
+  return low * std::max(1.0, kMoreAtBorders * std::min(ratio, 2 * kEven - ratio));
+}
+
 Eigen::Vector3d position(const SurfaceView& surface, std::int32_t triangle, std::int32_t corner) {
   return surface.positions[static_cast<std::size_t>(
       surface.triangles[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(corner)])];
@@ -146,7 +158,8 @@ std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span
   for (std::size_t t = 0; t < curvature.size(); ++t)
     histograms[static_cast<std::size_t>(labels[t])].add(CurvatureHistogram::step_of(curvature[t] * parameters.radius));
   const auto measure_own = [&](std::size_t label) {
-    if (!histograms.empty()) own[label] = histograms[label].quantile(parameters.curvature_quantile) / parameters.radius;
+    if (!histograms.empty())
+      own[label] = bending_of(histograms[label], parameters.curvature_quantile) / parameters.radius;
   };
   for (std::size_t label = 1; label < own.size(); ++label) measure_own(label);
 

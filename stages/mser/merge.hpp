@@ -23,7 +23,7 @@ struct TurningParameters {
   double threshold = 6 * 0.017453292519943295;  ///< radians
   double radius = 0;                            ///< of the surroundings compared, in coordinate units; 6 h is good
   std::int32_t samples = 60;                    ///< at most so many places along a border
-  double curvature_quantile = 0.2;              ///< of a region's curvature, which its own bending explains
+  double curvature_quantile = 0.2;              ///< of a region's curvature, which its own bending explains at least
 };
 
 /// Joins two labels while the surface turns across their common border by less than the threshold (in the median over
@@ -33,7 +33,9 @@ struct TurningParameters {
 /// its normal is their mean weighted by area x squared distance from the sample, so that the rounded edge itself counts
 /// little; so is its centre. The turn is the angle between the two normals, minus the distance of the two centres times
 /// the greater of the two patches' curvatures: the quantile of `curvature` (#F, >= 0, greatest principal curvature in
-/// 1/unit; empty: explains nothing) over the patch. `areas`: #F. Two patches larger than the circle of the radius whose
+/// 1/unit; empty: explains nothing) over the patch, or 1.15 times its median where that is less than 1.6 times the
+/// quantile, as on bores and other faces that bend evenly (from there to 2.3 times the gain falls to nothing). `areas`:
+/// #F. Two patches larger than the circle of the radius whose
 /// common border is shorter than the radius touch at a corner only and do not join. Cost: samples x triangles in the
 /// surroundings, for each border, and again for the borders of a patch that has grown.
 std::vector<std::int32_t> merge_by_turning(const SurfaceView& surface, std::span<const std::int32_t> labels,

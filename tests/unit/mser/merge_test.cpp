@@ -68,6 +68,22 @@ TEST(MergeByTurning, ForgivesWhatTheOwnCurvatureExplains) {
   EXPECT_THAT(merge_by_turning(field.view(), labels, curvature, field.areas, parameters), Each(1));
 }
 
+// Where curvature is measured with noise, floods meet where the face seems to bend most, and its lower quantile would
+// part a bore in two. A median that comes from edges nearby explains nothing.
+TEST(MergeByTurning, TakesTheMedianOfAFaceThatBendsEvenly) {
+  const HeightField field =
+      make_height_field(60, 20, [](double x, double) { return std::sqrt(1600 - (x - 30) * (x - 30)); });
+  const auto labels = field.numbers([](const Eigen::Vector3d& p) { return p.x() < 30 ? 1 : 2; });
+  std::vector<double> even(field.triangles.size()), uneven(field.triangles.size());
+  for (std::size_t t = 0; t < even.size(); ++t) {
+    even[t] = (t % 5 < 2 ? 0.75 : 1.0) / 40;
+    uneven[t] = (t % 5 < 2 ? 0.25 : 1.0) / 40;
+  }
+  const TurningParameters parameters{1 * kDegree, 6, 60, 0.2};
+  EXPECT_THAT(merge_by_turning(field.view(), labels, even, field.areas, parameters), Each(1));
+  EXPECT_EQ(merge_by_turning(field.view(), labels, uneven, field.areas, parameters), labels);
+}
+
 // The same where the little common border runs to and fro.
 TEST(MergeByTurning, AZigzagAtACornerIsNoBorder) {
   const HeightField field = make_height_field(60, 60);
