@@ -18,7 +18,7 @@ struct MserParameters {
   std::optional<Length> min_length;
   std::optional<double> level;
   double max_false_alarms = 1;
-  Length independent = spacings(12);
+  Length independent = spacings(6);
   Area min_area = spacings2(60);
   std::optional<Area> max_area;
   std::optional<double> max_variation;
