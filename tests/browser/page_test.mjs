@@ -106,8 +106,10 @@ try {
   const heads = () => page.$$eval("#table thead th", (all) => all.map((cell) => cell.textContent.replace(/ [▲▼]$/, "").replaceAll(" ", "_")));
   assert.equal((await heads()).length, 8);
   await page.click("#columns summary");
-  await page.waitForSelector('#columns input[data-column="scalar_mean"]');
-  await page.click('#columns input[data-column="scalar_mean"]');
+  const box = await page.waitForSelector('#columns input[data-column="scalar_mean"]');
+  await drawn(page);
+  assert.ok(await box.evaluate((input) => input.isConnected), "opening the list does not make it anew under the mouse");
+  await box.click();
   assert.deepEqual((await heads()).slice(-1), ["scalar_mean"]);
   await page.type("#filter", "upper, stability <= 0.3");
   assert.deepEqual(await rows(), header.regions.filter((r) => r.polarity === "upper" && Number(r.stability) <= 0.3).map((r) => r.label));

@@ -18,7 +18,7 @@ export function makeTable(app: App): HTMLElement {
   const table = make("table", { id: "table" }, head, body);
   const kind = make("select", { "aria-label": "Rows", id: "rows", change: () => app.setRows(kind.value as RowKind) }, make("option", { value: "regions" }, "regions"), make("option", { value: "labels" }, "labels"));
   const chooser = make("div", { class: "chooser" });
-  const columnBox = make("details", { id: "columns", toggle: () => fillChooser() }, make("summary", {}, "columns"), chooser);
+  const columnBox = make("details", { id: "columns" }, make("summary", {}, "columns"), chooser);
   const search = make("input", { type: "search", id: "filter", placeholder: "area > 4, upper", "aria-label": "Filter rows",
     input: () => { filter = search.value; fill(); } });
   const element = make("div", {},
@@ -124,6 +124,7 @@ export function makeTable(app: App): HTMLElement {
   app.listeners.chosen.push(mark);
   app.listeners.rows.push(() => { kind.value = app.rowKind; sortKey = "label"; ascending = true; fillChooser(); fill(); });
   kind.value = app.rowKind;
+  fillChooser();
   fill();
   return element;
 }
