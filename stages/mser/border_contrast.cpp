@@ -94,16 +94,15 @@ BandMesh make_band_mesh(const SurfaceView& surface, std::span<const double> tria
 /// Walks outward from the level half-edges of one node after the other; a thread has one.
 class BandWalk {
  public:
-  BandWalk(const SurfaceView& surface, const ComponentTree& tree, const BandMesh& mesh, double band)
-      : surface_(surface), tree_(tree), mesh_(mesh), band2_(static_cast<float>(band * band)) {
+  BandWalk(const ComponentTree& tree, const BandMesh& mesh, double band)
+      : tree_(tree), mesh_(mesh), band2_(static_cast<float>(band * band)) {
     reserve_on_large_pages(met_, tree.node_of_triangle.size());
     met_.assign(tree.node_of_triangle.size(), -1);
   }
 
   /// The contrast of a node; every node is asked for once.
   double contrast(std::int32_t top, std::span<const std::int32_t> level_edges) {
-    const std::int32_t first = tree_.first_node_of_subtree[static_cast<std::size_t>(top)];
-    front_.clear();
+    num_reached_ = 0;
     middles_.clear();
     // Triangles at the border itself count whatever their size, so that neither side is empty.
     const BandTriangle* triangles = mesh_.triangles.data();
@@ -112,19 +111,16 @@ class BandWalk {
       if (i + kBandAhead < level_edges.size()) prefetch(beyond(level_edges[i + kBandAhead]));
       const std::int32_t inside = level_edges[i] / 3, outside = beyond(level_edges[i]);
       const std::array<float, 3>&a = triangles[inside].centroid, &b = triangles[outside].centroid;
-      const auto from = static_cast<std::int32_t>(i);
       middles_.push_back({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2});
-      reach({inside, from}, top);
-      reach({outside, from}, top);
+      make_room();
+      for (const std::int32_t triangle : {inside, outside}) reach(triangle, static_cast<std::int32_t>(i), top, 1);
     }
-    std::array<double, 2> sum{0, 0}, weight{0, 0};
-    // Whether a neighbour joins the front is as good as random, so it is put there always and stays or not.
-    std::size_t end = front_.size();
-    std::int32_t* met = met_.data();
+    const std::int32_t first = tree_.first_node_of_subtree[static_cast<std::size_t>(top)];
     const std::int32_t* node_of = tree_.node_of_triangle.data();
-    for (std::size_t f = 0; f < end; ++f) {
-      if (front_.size() < end + 3) front_.resize(2 * end + 3);
-      if (f + kBandAhead < end) prefetch_around(front_[f + kBandAhead].triangle);
+    std::array<double, 2> sum{0, 0}, weight{0, 0};
+    for (std::size_t f = 0; f < num_reached_; ++f) {
+      make_room();
+      if (f + kBandAhead < num_reached_) prefetch_around(front_[f + kBandAhead].triangle);
       const Reached reached = front_[f];
       const BandTriangle& here = triangles[reached.triangle];
       const std::int32_t node = node_of[reached.triangle];
@@ -134,16 +130,8 @@ class BandWalk {
       sum[0] += (area - inside) * here.value;
       weight[0] += area - inside;
       const std::array<float, 3> from = middles_[static_cast<std::size_t>(reached.from)];
-      Reached* front = front_.data();
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t next = here.neighbours[k];
-        const std::int32_t mark = met[next];
-        const std::int32_t joins = static_cast<std::int32_t>(mark != top) &
-                                   static_cast<std::int32_t>(distance2(triangles[next].centroid, from) <= band2_);
-        front[end] = {next, reached.from};
-        end += static_cast<std::size_t>(joins);
-        met[next] = mark ^ ((mark ^ top) & -joins);
-      }
+      for (const std::int32_t next : here.neighbours)
+        reach(next, reached.from, top, static_cast<std::int32_t>(distance2(triangles[next].centroid, from) <= band2_));
     }
     return weight[0] > 0 && weight[1] > 0 ? sum[1] / weight[1] - sum[0] / weight[0] : 0;
   }
@@ -170,20 +158,26 @@ class BandWalk {
   void prefetch_around(std::int32_t triangle) const {
     for (const std::int32_t next : mesh_.triangles[static_cast<std::size_t>(triangle)].neighbours) prefetch(next);
   }
-  void reach(const Reached& reached, std::int32_t mark) {
-    const auto t = static_cast<std::size_t>(reached.triangle);
-    if (met_[t] == mark) return;
-    met_[t] = mark;
-    front_.push_back(reached);
-    __builtin_prefetch(&tree_.node_of_triangle[t]);
+  /// For the neighbours of one more triangle.
+  void make_room() {
+    if (front_.size() < num_reached_ + 3) front_.resize(2 * num_reached_ + 3);
+  }
+  /// A triangle joins the front where `near` is 1 and it was not met for this node. Whether it does is as good as
+  /// random, so it is put at the end always and stays there or not.
+  void reach(std::int32_t triangle, std::int32_t from, std::int32_t top, std::int32_t near) {
+    std::int32_t& mark = met_[static_cast<std::size_t>(triangle)];
+    const std::int32_t joins = near & static_cast<std::int32_t>(mark != top);
+    front_[num_reached_] = {triangle, from};
+    num_reached_ += static_cast<std::size_t>(joins);
+    mark ^= (mark ^ top) & -joins;
   }
 
-  const SurfaceView& surface_;
   const ComponentTree& tree_;
   const BandMesh& mesh_;
   float band2_;
   std::vector<std::int32_t> met_;  ///< the node a triangle was last met for
-  std::vector<Reached> front_;
+  std::vector<Reached> front_;     ///< the first `num_reached_` count
+  std::size_t num_reached_ = 0;
   std::vector<std::array<float, 3>> middles_;  ///< of the level half-edges
 };
 
@@ -214,7 +208,7 @@ std::vector<double> border_contrasts(const SurfaceView& surface, const Component
                         idle.pop_back();
                       }
                     }
-                    if (!walk) walk = std::make_unique<BandWalk>(surface, tree, mesh, band);
+                    if (!walk) walk = std::make_unique<BandWalk>(tree, mesh, band);
                     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
                       contrasts[i] = walk->contrast(selected[i], edges_of(i));
                     const std::lock_guard lock(mutex);

@@ -124,8 +124,7 @@ struct Cleaning {
     changes = change_of_nodes(p.tree, mser.delta);
     maxima = find_maxima(p.tree);
     selected = select_mser(p.tree, changes, mser);
-    large = filter_persistence(maxima, filter_area(p.tree, selected, parameters.min_area, kAnyArea),
-                               parameters.min_persistence);
+    large = without_small(selected);
     values = triangle_means(p.surface(), p.mesh.values);
     for (const double value : p.mesh.values) strength.push_back(std::abs(value));
     labels = split_patches(p.twins, label_triangles(trees(), ordered(filter({}))), p.areas).patch_of_triangle;
@@ -136,9 +135,13 @@ struct Cleaning {
     const std::vector<std::vector<std::int32_t>> selections{std::move(nodes)};
     return order_regions(trees(), selections);
   }
+  std::vector<std::int32_t> without_small(std::span<const std::int32_t> nodes) const {
+    constexpr double kAnyArea = std::numeric_limits<double>::infinity();
+    return filter_persistence(maxima, filter_area(p.tree, nodes, parameters.min_area, kAnyArea),
+                              parameters.min_persistence);
+  }
   std::vector<std::int32_t> filter(const Execution& execution) const {
-    std::vector<std::int32_t> nodes = filter_persistence(
-        maxima, filter_area(p.tree, selected, parameters.min_area, kAnyArea), parameters.min_persistence);
+    std::vector<std::int32_t> nodes = without_small(selected);
     const std::vector<double> contrasts =
         border_contrasts(p.surface(), p.tree, nodes, values, p.areas, parameters.band, execution);
     std::size_t kept = 0;
@@ -152,7 +155,6 @@ struct Cleaning {
                                 parameters.absorb_area);
   }
 
-  static constexpr double kAnyArea = std::numeric_limits<double>::infinity();
   const Prepared& p;
   SegmentParameters parameters;
   std::vector<std::int64_t> changes;

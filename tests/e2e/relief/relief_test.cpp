@@ -2,15 +2,15 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "data/scanner/shapes.hpp"
+#include "tests/support/run_program.hpp"
+#include "tests/support/temporary_files.hpp"
 
 namespace meshmser {
 namespace {
@@ -30,23 +30,20 @@ double share_near(const Points& points, const Points& targets, double distance) 
 
 TEST(Relief, FindsTheRidgesOfAStampedSherd) {
   constexpr double kSize = 30, kInner = 8.5;  // mm; the rounded, broken edge begins farther out
-  const auto folder = std::filesystem::temp_directory_path() / fmt::format("meshmser-relief-{}", getpid());
-  std::filesystem::create_directories(folder);
-  const std::string f = folder.string();
-  ASSERT_EQ(
-      std::system(fmt::format("'{}' sherd '{}/sherd.xyz' --set size={} >'{}/log'", MESHMSER_SCAN, f, kSize, f).c_str()),
-      0);
-  ASSERT_EQ(
-      std::system(fmt::format("'{}' run '{}/configs/relief.yaml' -q --out '{}/out' --cache '{}/cache' --until export "
-                              "--set load.path='{}/sherd.xyz' --set tree.polarity=upper --set export.pictures=false "
-                              ">'{}/log' 2>&1",
-                              MESHMSER_PROGRAM, MESHMSER_SOURCE_DIR, f, f, f, f)
-                      .c_str()),
-      0);
+  const TemporaryFolder folder;
+  const std::string f = folder.path().string();
+  const std::string scan = fmt::format("'{}' sherd '{}/sherd.xyz' --set size={} >'{}/log'", MESHMSER_SCAN, f, kSize, f);
+  ASSERT_EQ(std::system(scan.c_str()), 0);
+  const Finished run =
+      run_program({"run", MESHMSER_SOURCE_DIR "/configs/relief.yaml", "-q", "--out", f + "/out", "--cache",
+                   f + "/cache", "--until", "export", "--set", "load.path=" + f + "/sherd.xyz", "--set",
+                   "tree.polarity=upper", "--set", "export.pictures=false"},
+                  f);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
   Points truth, found;
   for (const scanner::EdgeSample& sample : scanner::true_edges(scanner::make_shape("sherd", {{"size", kSize}}), 0.1))
     if (sample.position.head<2>().norm() < kInner) truth.push_back(sample.position.head<2>());
-  std::ifstream file(folder / "out" / "label_borders.csv");
+  std::ifstream file(folder.path() / "out" / "label_borders.csv");
   std::string line;
   std::getline(file, line);
   while (std::getline(file, line)) {
@@ -56,7 +53,6 @@ TEST(Relief, FindsTheRidgesOfAStampedSherd) {
   }
   EXPECT_GT(share_near(truth, found, 0.4), 0.9);
   EXPECT_GT(share_near(found, truth, 0.4), 0.9);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace
