@@ -105,8 +105,8 @@ try {
   await page.select("#rows", "regions");
   const heads = () => page.$$eval("#table thead th", (all) => all.map((cell) => cell.textContent.replace(/ [▲▼]$/, "").replaceAll(" ", "_")));
   assert.equal((await heads()).length, 8);
+  const box = await page.$('#columns input[data-column="scalar_mean"]');
   await page.click("#columns summary");
-  const box = await page.waitForSelector('#columns input[data-column="scalar_mean"]');
   await drawn(page);
   assert.ok(await box.evaluate((input) => input.isConnected), "opening the list does not make it anew under the mouse");
   await box.click();
