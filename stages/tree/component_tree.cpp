@@ -19,9 +19,20 @@
 namespace meshmser {
 namespace {
 
+/// What the flood needs of a triangle, 16 bytes: who has looked at a neighbour's level has its neighbours too.
+struct FloodTriangle {
+  std::array<std::uint32_t, 3> neighbours;  ///< #F where there is none
+  std::int32_t unmet;                       ///< its level while it was not met, then 0
+};
+
 /// Where a level's triangles wait: taken are those before `head`, waiting those before `tail`, in the queue array.
 struct Segment {
   std::int32_t head = 0, tail = 0;
+};
+
+/// A triangle that was met and will wait at its level.
+struct Met {
+  std::int32_t triangle, level;
 };
 
 /// A node whose triangles are still being met.
@@ -31,93 +42,91 @@ struct OpenNode {
   std::int32_t first_taken;  ///< place in the queue array of its first triangle
 };
 
-constexpr std::int32_t kAdjacencyAhead = 16;
-constexpr std::int32_t kLevelsAhead = 8;
+constexpr std::int32_t kTrianglesAhead = 16;
+constexpr std::int32_t kNeighboursAhead = 8;
+constexpr std::size_t kMostLower = 512;  ///< so many stay in the processor's nearest cache
+constexpr std::size_t kFewTriangles = 16;  ///< a level
 constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
 /// Up to so many levels a chunk counts its triangles by level for itself.
 constexpr std::int32_t kFewLevels = 1 << 14;
 
 /// What the flood leaves: the queue array, in which the own triangles of every node stand side by side.
 struct Flooded {
-  std::vector<std::int32_t> queue;          ///< the triangles of level 1 and above
+  std::vector<std::int32_t> queue;          ///< the triangles of level 1 and above, and a place of none behind each level's
   std::vector<std::int32_t> first_of_node;  ///< #N: place in the queue of a node's first own triangle
   std::vector<std::int32_t> end_of_node;    ///< #N
+  std::size_t num_triangles = 0;            ///< of level 1 and above
 };
 
 /// Floods the mesh from its highest levels downward. Triangles wait in one first-in-first-out segment a level, all in
 /// one array; the segments' places follow from the histogram of levels, since every triangle is put exactly once. The
-/// part of a segment taken while a node is open is exactly the node's own triangles. `Level` holds every level; a
-/// narrow one keeps more of the mesh in the processor's cache.
-template <class Level>
+/// part of a segment taken while a node is open is exactly the node's own triangles. Behind each segment one place is
+/// free, to be written past its last triangle.
 class Flood {
  public:
   Flood(std::span<const std::int32_t> twins, std::span<const std::int32_t> levels, std::int32_t num_levels,
         ComponentTree& tree, const Execution& execution)
-      : twins_(twins), waiting_(static_cast<std::size_t>(num_levels) + 1), tree_(tree) {
-    segments_.resize(static_cast<std::size_t>(num_levels) + 1);
-    take_levels(levels, num_levels, execution);
-    segments_[0].head = 0;  // level 0 never waits
+      : segments_(static_cast<std::size_t>(num_levels) + 1),
+        waiting_(static_cast<std::size_t>(num_levels) + 1),
+        tree_(tree) {
+    const std::vector<std::int32_t> num_of_level = take_triangles(twins, levels, num_levels, execution);
+    flooded_.num_triangles = levels.size() - static_cast<std::size_t>(num_of_level[0]);
+    few_a_level_ = flooded_.num_triangles / kFewTriangles < segments_.size();
     std::int32_t sum = 0;
-    for (Segment& segment : segments_) {
-      sum += std::exchange(segment.head, sum);
-      segment.tail = segment.head;
+    for (std::size_t level = 0; level < segments_.size(); ++level) {
+      segments_[level] = {sum, sum};
+      sum += (level == 0 ? 0 : num_of_level[level]) + 1;  // level 0 never waits
     }
-    segments_[0].tail = sum;  // one place behind all others
-    reserve_on_large_pages(flooded_.queue, static_cast<std::size_t>(sum) + 1);
-    flooded_.queue.resize(static_cast<std::size_t>(sum) + 1);
+    reserve_on_large_pages(flooded_.queue, static_cast<std::size_t>(sum));
+    flooded_.queue.resize(static_cast<std::size_t>(sum));
   }
 
   Flooded run(const Execution& execution) {
-    const std::size_t n = unmet_.size() - 1;
-    for (std::size_t t = 0; t < n;) {
-      constexpr std::size_t kAtOnce = sizeof(std::uint64_t) / sizeof(Level);
-      std::uint64_t some = 0;
-      if (t % kAtOnce == 0 && t + kAtOnce <= n) {
-        std::memcpy(&some, &unmet_[t], sizeof some);
-        if (some == 0) {
-          t += kAtOnce;
-          continue;
-        }
-      }
-      if (unmet_[t] != 0) flood_from(static_cast<std::int32_t>(t), execution);
-      ++t;
-    }
-    flooded_.queue.pop_back();
+    for (std::size_t t = 0; num_taken_ < flooded_.num_triangles; ++t)
+      if (triangles_[t].unmet != 0) flood_from(static_cast<std::int32_t>(t), execution);
     return std::move(flooded_);
   }
 
  private:
-  /// The levels of all triangles, checked, and how many triangles have each, into the segments' heads.
-  void take_levels(std::span<const std::int32_t> levels, std::int32_t num_levels, const Execution& execution) {
-    reserve_on_large_pages(unmet_, levels.size() + 1);
-    unmet_.resize(levels.size() + 1);  // the last stands for no triangle
-    const auto n = static_cast<std::int64_t>(levels.size());
+  /// The neighbours and levels of all triangles, checked; returns how many triangles have each level.
+  std::vector<std::int32_t> take_triangles(std::span<const std::int32_t> twins, std::span<const std::int32_t> levels,
+                                           std::int32_t num_levels, const Execution& execution) {
+    const std::size_t n = levels.size();
+    reserve_on_large_pages(triangles_, n + 1);
+    triangles_.resize(n + 1);
+    const auto nobody = static_cast<std::uint32_t>(n);
+    triangles_[n] = {{nobody, nobody, nobody}, 0};
+    std::vector<std::int32_t> num_of_level(static_cast<std::size_t>(num_levels) + 1, 0);
     const auto limit = static_cast<std::uint32_t>(num_levels);
     // Returns whether every level of the chunk is within range; those that are not are counted as level 0.
-    const auto take_chunk = [&](std::int64_t begin, std::int64_t end, auto&& count) {
+    const auto take_chunk = [&](std::int64_t begin, std::int64_t end, std::vector<std::int32_t>& num) {
       bool good = true;
+      // A missing twin, as an unsigned number, is beyond every triangle.
+      const auto neighbour = [&](std::size_t h) { return std::min(static_cast<std::uint32_t>(twins[h]) / 3, nobody); };
       for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
         const auto level = static_cast<std::uint32_t>(levels[t]);
         good &= level <= limit;
         const std::uint32_t counted = level <= limit ? level : 0;
-        unmet_[t] = static_cast<Level>(counted);
-        count(counted);
+        triangles_[t] = {{neighbour(3 * t), neighbour(3 * t + 1), neighbour(3 * t + 2)},
+                         static_cast<std::int32_t>(counted)};
+        ++num[counted];
       }
       return good;
     };
     std::atomic<bool> all_good{true};
     if (num_levels <= kFewLevels) {
       std::mutex mutex;
-      parallel_chunks(n, 4 * kTrianglesPerChunk, "", execution, [&](std::int64_t begin, std::int64_t end) {
-        std::vector<std::int32_t> own(segments_.size(), 0);
-        if (!take_chunk(begin, end, [&](std::uint32_t level) { ++own[level]; })) all_good = false;
-        const std::lock_guard lock(mutex);
-        for (std::size_t level = 0; level < own.size(); ++level) segments_[level].head += own[level];
-      });
+      parallel_chunks(static_cast<std::int64_t>(n), 4 * kTrianglesPerChunk, "", execution,
+                      [&](std::int64_t begin, std::int64_t end) {
+                        std::vector<std::int32_t> own(num_of_level.size(), 0);
+                        if (!take_chunk(begin, end, own)) all_good = false;
+                        const std::lock_guard lock(mutex);
+                        for (std::size_t level = 0; level < own.size(); ++level) num_of_level[level] += own[level];
+                      });
     } else {
-      all_good = take_chunk(0, n, [&](std::uint32_t level) { ++segments_[level].head; });
+      all_good = take_chunk(0, static_cast<std::int64_t>(n), num_of_level);
     }
-    if (all_good) return;
+    if (all_good) return num_of_level;
     const auto bad = std::find_if(levels.begin(), levels.end(),
                                   [&](std::int32_t level) { return static_cast<std::uint32_t>(level) > limit; });
     throw StageError("the level of triangle " + std::to_string(bad - levels.begin()) + " is " + std::to_string(*bad) +
@@ -133,11 +142,13 @@ class Flood {
     const OpenNode node = open_.back();
     open_.pop_back();
     const auto id = static_cast<std::int32_t>(tree_.hi_of_node.size());
+    const std::int32_t end_taken = segments_[static_cast<std::size_t>(node.level)].head;
     tree_.hi_of_node.push_back(node.level);
     tree_.first_node_of_subtree.push_back(node.first_node);
     tree_.parent_of_node.push_back(-1);
     flooded_.first_of_node.push_back(node.first_taken);
-    flooded_.end_of_node.push_back(segments_[static_cast<std::size_t>(node.level)].head);
+    flooded_.end_of_node.push_back(end_taken);
+    num_taken_ += static_cast<std::size_t>(end_taken - node.first_taken);
     // In postorder the children of `id` are the last nodes of the intervals that fill its own.
     for (std::int32_t child = id - 1; child >= node.first_node;
          child = tree_.first_node_of_subtree[static_cast<std::size_t>(child)] - 1)
@@ -146,11 +157,11 @@ class Flood {
   }
 
   void flood_from(std::int32_t start, const Execution& execution) {
-    std::int32_t current = std::exchange(unmet_[static_cast<std::size_t>(start)], Level{0});
-    put(start, current);
+    std::int32_t current = std::exchange(triangles_[static_cast<std::size_t>(start)].unmet, 0);
+    put({start, current});
     open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
     while (true) {
-      const std::int32_t higher = take_all(current);
+      const std::int32_t higher = few_a_level_ ? take_few(current) : take_many(current);
       if (higher > current) {
         current = higher;
         open(current, static_cast<std::int32_t>(tree_.hi_of_node.size()));
@@ -168,80 +179,108 @@ class Flood {
     }
   }
 
-  /// Puts a triangle of a level where it waits; of level 0, nowhere.
-  void put(std::int32_t triangle, std::int32_t level) {
-    const auto l = static_cast<std::size_t>(level);
-    waiting_.set(l);
-    __builtin_prefetch(twins_.data() + 3 * static_cast<std::size_t>(triangle));
-    Segment& segment = segments_[l];
-    flooded_.queue[static_cast<std::size_t>(segment.tail)] = triangle;
-    segment.tail += level != 0;
+  /// Puts a triangle of level 1 or above where it waits, and fetches its neighbours.
+  void put(Met met) {
+    Segment& segment = segments_[static_cast<std::size_t>(met.level)];
+    flooded_.queue[static_cast<std::size_t>(segment.tail)] = met.triangle;
+    if (segment.tail++ == segment.head) waiting_.set(static_cast<std::size_t>(met.level));
+    prefetch_around(met.triangle);
+  }
+
+  void prefetch_around(std::int32_t triangle) const {
+    for (const std::uint32_t neighbour : triangles_[static_cast<std::size_t>(triangle)].neighbours)
+      __builtin_prefetch(&triangles_[neighbour], 1);
+  }
+
+  /// Shows `meet` the neighbours of a triangle that are not above the current level, and the first that is above to
+  /// `rise`. Returns whether there is another above, which may be of another component and must wait until the first is
+  /// flooded. There is one only where levels are not the least of corners, since else all but one neighbour share the
+  /// least corner.
+  template <class Meet, class Rise>
+  bool show_neighbours(std::int32_t triangle, std::int32_t current, const Meet& meet, const Rise& rise) {
+    const std::array<std::uint32_t, 3> neighbours = triangles_[static_cast<std::size_t>(triangle)].neighbours;
+    const auto unmet = [&](std::uint32_t neighbour) { return triangles_[neighbour].unmet; };
+    if (std::max({unmet(neighbours[0]), unmet(neighbours[1]), unmet(neighbours[2])}) <= current) {
+      for (const std::uint32_t neighbour : neighbours) meet(neighbour);
+      return false;
+    }
+    bool risen = false;
+    for (const std::uint32_t neighbour : neighbours) {
+      if (unmet(neighbour) <= current) {
+        meet(neighbour);
+      } else if (!risen) {
+        rise(neighbour);
+        risen = true;
+      }
+    }
+    return std::max({unmet(neighbours[0]), unmet(neighbours[1]), unmet(neighbours[2])}) > current;
   }
 
   /// Takes triangles of the current level and puts their neighbours that were not met before, until a higher one has
-  /// been put, whose level it returns, or none waits, when it returns the current one.
-  std::int32_t take_all(std::int32_t current) {
+  /// been put, whose level it returns, or none waits, when it returns the current one. For many triangles a level.
+  /// Whether a neighbour was met before and whether it is lower is a coin's toss to the processor: every neighbour is
+  /// written to the ends of the current level's segment and of the list of lower ones, and stays there or not. One
+  /// across two edges is met by the first. The list keeps the other levels' segments out of the loop.
+  std::int32_t take_many(std::int32_t current) {
     Segment& segment = segments_[static_cast<std::size_t>(current)];
-    const std::int32_t* queue = flooded_.queue.data();
-    Level* unmet = unmet_.data();
-    const std::int32_t* twins = twins_.data();
-    const auto nobody = static_cast<std::uint32_t>(unmet_.size() - 1);
-    while (segment.head < segment.tail) {
-      const std::int32_t place = segment.head++;
-      if (place + kAdjacencyAhead < segment.tail) {
-        // The three may lie in two lines of the processor's cache.
-        const std::int32_t* ahead = twins + 3 * static_cast<std::size_t>(queue[place + kAdjacencyAhead]);
-        __builtin_prefetch(ahead);
-        __builtin_prefetch(ahead + 2);
+    std::int32_t* const queue = flooded_.queue.data();
+    FloodTriangle* const triangles = triangles_.data();
+    Met* const lower = lower_.data();
+    std::int32_t head = segment.head, tail = segment.tail;
+    std::size_t num_lower = 0;
+    const auto meet = [&](std::uint32_t neighbour) {
+      const std::int32_t level = std::exchange(triangles[neighbour].unmet, 0);
+      queue[tail] = static_cast<std::int32_t>(neighbour);
+      tail += static_cast<std::int32_t>(level == current);
+      lower[num_lower] = {static_cast<std::int32_t>(neighbour), level};
+      num_lower += static_cast<std::size_t>(level != current) & static_cast<std::size_t>(level != 0);
+    };
+    Met higher{-1, current};
+    const auto rise = [&](std::uint32_t neighbour) {
+      higher = {static_cast<std::int32_t>(neighbour), std::exchange(triangles[neighbour].unmet, 0)};
+    };
+    while (head < tail && higher.triangle < 0) {
+      for (num_lower = 0; head < tail && higher.triangle < 0 && num_lower < kMostLower;) {
+        if (head + kTrianglesAhead < tail) __builtin_prefetch(&triangles[queue[head + kTrianglesAhead]], 1);
+        if (head + kNeighboursAhead < tail) prefetch_around(queue[head + kNeighboursAhead]);
+        const std::int32_t triangle = queue[head++];
+        if (show_neighbours(triangle, current, meet, rise)) --head;
       }
-      if (place + kLevelsAhead < segment.tail) {
-        const std::size_t h = 3 * static_cast<std::size_t>(queue[place + kLevelsAhead]);
-        for (std::size_t k = 0; k < 3; ++k)
-          __builtin_prefetch(&unmet[static_cast<std::uint32_t>(std::max(twins[h + k], 0)) / 3], 1);
-      }
-      const std::size_t h = 3 * static_cast<std::size_t>(queue[place]);
-      // A missing twin, as an unsigned number, is beyond every triangle.
-      const auto neighbour_at = [&](std::size_t k) {
-        return std::min(static_cast<std::uint32_t>(twins[h + k]) / 3, nobody);
-      };
-      const std::array<std::uint32_t, 3> neighbours{neighbour_at(0), neighbour_at(1), neighbour_at(2)};
-      if (std::max({unmet[neighbours[0]], unmet[neighbours[1]], unmet[neighbours[2]]}) <= current) {
-        // Whether a neighbour was met before is a coin's toss to the processor: those met are put too, at level 0,
-        // whose one place is overwritten. A neighbour across two edges is met by the first.
-        for (const std::uint32_t neighbour : neighbours)
-          put(static_cast<std::int32_t>(neighbour), std::exchange(unmet[neighbour], Level{0}));
-        continue;
-      }
-      std::int32_t highest = current;
-      bool again = false;
-      for (const std::uint32_t neighbour : neighbours) {
-        const std::int32_t level = unmet[neighbour];
-        if (level == 0) continue;
-        if (level > current) {
-          // Two higher neighbours may be of two components: the second waits until the first is flooded. This happens
-          // only where levels are not the least of corners, since else all but one neighbour share the least corner.
-          if (highest > current) {
-            again = true;
-            continue;
-          }
-          highest = level;
-        }
-        unmet[neighbour] = 0;
-        put(static_cast<std::int32_t>(neighbour), level);
-      }
-      if (highest > current) {
-        if (again) --segment.head;
-        return highest;
-      }
+      for (std::size_t i = 0; i < num_lower; ++i) put(lower[i]);
     }
-    return current;
+    segment = {head, tail};
+    if (higher.triangle >= 0) put(higher);
+    return higher.level;
   }
 
-  std::span<const std::int32_t> twins_;
-  std::vector<Level> unmet_;       ///< #F + 1: the level of a triangle not met before, 0 of others and at the end
-  std::vector<Segment> segments_;  ///< a level
-  LevelBitmap waiting_;
+  /// The same for few triangles a level: those met before are put too, at level 0, whose one place is overwritten.
+  std::int32_t take_few(std::int32_t current) {
+    Segment& segment = segments_[static_cast<std::size_t>(current)];
+    const auto nobody = static_cast<std::uint32_t>(triangles_.size() - 1);
+    std::int32_t highest = current;
+    const auto meet = [&](std::uint32_t neighbour) {
+      const std::int32_t level = std::exchange(triangles_[neighbour].unmet, 0);
+      highest = std::max(highest, level);
+      Segment& of = segments_[static_cast<std::size_t>(level)];
+      flooded_.queue[static_cast<std::size_t>(of.tail)] = static_cast<std::int32_t>(neighbour);
+      of.tail += static_cast<std::int32_t>(level != 0);
+      waiting_.set(static_cast<std::size_t>(level));
+      prefetch_around(static_cast<std::int32_t>(level != 0 ? neighbour : nobody));
+    };
+    while (segment.head < segment.tail && highest == current) {
+      const std::int32_t triangle = flooded_.queue[static_cast<std::size_t>(segment.head++)];
+      if (show_neighbours(triangle, current, meet, meet)) --segment.head;
+    }
+    return highest;
+  }
+
+  std::vector<FloodTriangle> triangles_;  ///< #F + 1; the last stands for no triangle
+  std::vector<Segment> segments_;         ///< a level
+  LevelBitmap waiting_;                   ///< levels whose segments hold triangles, or the current one
   std::vector<OpenNode> open_;
+  std::array<Met, kMostLower + 3> lower_;  ///< room of `take_many`
+  bool few_a_level_ = false;
+  std::size_t num_taken_ = 0;  ///< by closed nodes
   Flooded flooded_;
   ComponentTree& tree_;
 };
@@ -283,7 +322,7 @@ void choose_exponents(std::span<const double> areas, const Flooded& flooded, Com
   const std::size_t n = tree.num_nodes();
   const double greatest_of_all = greatest_area(areas, execution);
   tree.area_exponent_of_node.resize(n);
-  if (n > 0 && tree.first_node_of_subtree[n - 1] == 0 && flooded.queue.size() == areas.size()) {
+  if (n > 0 && tree.first_node_of_subtree[n - 1] == 0 && flooded.num_triangles == areas.size()) {
     std::fill(tree.area_exponent_of_node.begin(), tree.area_exponent_of_node.end(),
               area_exponent(static_cast<std::int64_t>(areas.size()), greatest_of_all));
     return;
@@ -385,9 +424,7 @@ ComponentTree build_component_tree(std::span<const std::int32_t> twins, std::spa
                      " triangles is too large: half-edge ids end at 715827882 triangles; split the mesh");
   if (num_levels < 0) throw StageError("the number of levels is negative");
   ComponentTree tree;
-  Flooded flooded = num_levels <= std::numeric_limits<std::uint16_t>::max()
-                        ? Flood<std::uint16_t>(twins, level_of_triangle, num_levels, tree, execution).run(execution)
-                        : Flood<std::int32_t>(twins, level_of_triangle, num_levels, tree, execution).run(execution);
+  const Flooded flooded = Flood(twins, level_of_triangle, num_levels, tree, execution).run(execution);
   give_triangles_nodes(flooded, n, tree, execution);
   sum_areas(areas, flooded, tree, execution);
   return tree;
