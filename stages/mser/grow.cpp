@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "stages/common/gather_by_owner.hpp"
 #include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/mser/patches.hpp"
@@ -131,29 +132,43 @@ std::vector<double> triangle_means(const SurfaceView& surface, std::span<const d
 }
 
 std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::span<const std::int32_t> labels,
-                                               std::span<const double> areas, double min_area) {
+                                               std::span<const double> areas, double min_area,
+                                               const Execution& execution) {
   // Background is a patch as well, so that a small hole in a region closes.
   std::vector<std::int32_t> numbers(labels.begin(), labels.end());
   for (std::int32_t& number : numbers) ++number;
-  const Patches patches = split_patches(surface.twins, numbers, areas);
+  const Patches patches = split_patches(surface.twins, numbers, areas, execution);
   const std::size_t num_patches = patches.num_patches();
+  const std::vector<std::int32_t>& patch_of = patches.patch_of_triangle;
+  const auto is_small = [&](std::size_t patch) { return patches.area_of_patch[patch] < min_area; };
 
+  // Of the patches that join others: every edge at the border, by the patch behind it.
+  const HalfEdgesByOwner edges = gather_by_owner(
+      labels.size(), num_patches + 1,
+      [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
+        for (std::size_t t = begin; t < end; ++t) {
+          const std::int32_t here = patch_of[t];
+          if (!is_small(static_cast<std::size_t>(here))) continue;
+          for (std::size_t h = 3 * t; h < 3 * t + 3; ++h)
+            if (surface.twins[h] >= 0 && patch_of[static_cast<std::size_t>(surface.twins[h] / 3)] != here)
+              list.push_back({here, static_cast<std::int32_t>(h)});
+        }
+      },
+      execution);
   struct CommonBorder {
     std::int32_t patch;
     double length;
   };
   std::vector<std::vector<CommonBorder>> borders(num_patches + 1);
-  for (std::size_t h = 0; h < surface.twins.size(); ++h) {
-    if (surface.twins[h] < 0) continue;
-    const std::int32_t here = patches.patch_of_triangle[h / 3];
-    const std::int32_t there = patches.patch_of_triangle[static_cast<std::size_t>(surface.twins[h] / 3)];
-    if (here == there) continue;
-    const auto& corners = surface.triangles[h / 3];
-    const double length = (surface.positions[static_cast<std::size_t>(corners[h % 3])] -
-                           surface.positions[static_cast<std::size_t>(corners[(h + 1) % 3])])
-                              .norm();
-    borders[static_cast<std::size_t>(here)].push_back({there, length});
-  }
+  for (std::size_t p = 1; p <= num_patches; ++p)
+    for (std::int64_t i = edges.first_of_owner[p]; i < edges.first_of_owner[p + 1]; ++i) {
+      const auto h = static_cast<std::size_t>(edges.half_edges[static_cast<std::size_t>(i)]);
+      const auto& corners = surface.triangles[h / 3];
+      const double length = (surface.positions[static_cast<std::size_t>(corners[h % 3])] -
+                             surface.positions[static_cast<std::size_t>(corners[(h + 1) % 3])])
+                                .norm();
+      borders[p].push_back({patch_of[static_cast<std::size_t>(surface.twins[h] / 3)], length});
+    }
   std::vector<std::int32_t> smallest_triangle(num_patches + 1, 0);
   for (std::size_t t = labels.size(); t-- > 0;)
     smallest_triangle[static_cast<std::size_t>(patches.patch_of_triangle[t])] = static_cast<std::int32_t>(t);
@@ -195,22 +210,28 @@ std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::
     joined[p] = best;
     area[b] += area[p];
     smallest_triangle[b] = std::min(smallest_triangle[b], smallest_triangle[p]);
-    borders[b].insert(borders[b].end(), mine.begin(), mine.end());
+    if (is_small(b)) borders[b].insert(borders[b].end(), mine.begin(), mine.end());
     std::vector<CommonBorder>().swap(mine);
   }
+  std::vector<std::int32_t> label_of_patch(num_patches + 1);
+  for (std::size_t p = 0; p <= num_patches; ++p)
+    label_of_patch[p] = patches.number_of_patch[static_cast<std::size_t>(stands_for(static_cast<std::int32_t>(p)))] - 1;
   std::vector<std::int32_t> absorbed(labels.size());
-  for (std::size_t t = 0; t < labels.size(); ++t)
-    absorbed[t] = patches.number_of_patch[static_cast<std::size_t>(stands_for(patches.patch_of_triangle[t]))] - 1;
+  for (std::size_t t = 0; t < labels.size(); ++t) absorbed[t] = label_of_patch[static_cast<std::size_t>(patch_of[t])];
   return absorbed;
 }
 
 std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::span<const std::int32_t> labels,
-                                            std::span<const double> strength, std::span<const std::uint8_t> excluded) {
+                                            std::span<const double> strength, std::span<const std::uint8_t> excluded,
+                                            const Execution& execution) {
   const double greatest = strength.empty() ? 0 : *std::max_element(strength.begin(), strength.end());
   const LogSteps steps(typical(strength), greatest);
   // Steps ascend with the strength, so that the weaker end is the end of the lesser step.
   std::vector<std::int32_t> step_of_vertex(strength.size());
-  std::transform(strength.begin(), strength.end(), step_of_vertex.begin(), steps);
+  parallel_chunks(
+      static_cast<std::int64_t>(strength.size()), 1 << 15, "", execution, [&](std::int64_t begin, std::int64_t end) {
+        std::transform(strength.begin() + begin, strength.begin() + end, step_of_vertex.begin() + begin, steps);
+      });
   return flood(
       surface, labels, excluded,
       [&](std::size_t half_edge, std::size_t) { return lesser_end(surface, step_of_vertex, half_edge); },

@@ -16,7 +16,8 @@ namespace meshmser {
 /// what it joins counts with its area from then on. A patch without neighbours stays. `areas`: #F. Sorting of the
 /// patches and of the border edges between them.
 std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::span<const std::int32_t> labels,
-                                               std::span<const double> areas, double min_area);
+                                               std::span<const double> areas, double min_area,
+                                               const Execution& execution = {});
 
 /// Floods unlabelled triangles from labelled ones across edges of least strength first: a watershed whose borders run
 /// along the edges where the strength is greatest. `strength`: #V, >= 0; an edge is as strong as the weaker of its
@@ -26,7 +27,8 @@ std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::
 /// Watershed cuts, 2009 (on edges).
 std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::span<const std::int32_t> labels,
                                             std::span<const double> strength,
-                                            std::span<const std::uint8_t> excluded = {});
+                                            std::span<const std::uint8_t> excluded = {},
+                                            const Execution& execution = {});
 
 /// The same for facets, in the order of curvature x `width` + |turn|: an edge's curvature is that of the weaker of its
 /// ends (`curvature`: #V, >= 0, or empty for 0), the turn is the length of the difference between the triangle's unit

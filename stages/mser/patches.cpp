@@ -5,12 +5,13 @@
 #include <numeric>
 
 #include "stages/common/exact_area.hpp"
+#include "stages/common/parallel.hpp"
 #include "stages/mser/stability.hpp"
 
 namespace meshmser {
 
 Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::int32_t> number_of_triangle,
-                      std::span<const double> areas) {
+                      std::span<const double> areas, const Execution& execution) {
   struct Found {
     std::int32_t number = 0;
     std::uint8_t is_whole = 1;
@@ -21,7 +22,7 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
   };
   const std::size_t num_triangles = number_of_triangle.size();
   // The first pass joins each triangle to its earlier neighbours of the same number; a root is its patch's smallest
-  // triangle.
+  // triangle. Each thread joins within a part of the triangles and leaves what leads out of it for later.
   std::vector<std::int32_t> joined(num_triangles);
   const auto root_of = [&](std::int32_t t) {
     while (joined[static_cast<std::size_t>(t)] != t) {
@@ -31,30 +32,50 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
     }
     return t;
   };
+  const auto join = [&](std::int32_t root, std::int32_t neighbour) {
+    const std::int32_t other = root_of(neighbour), least = std::min(root, other);
+    joined[static_cast<std::size_t>(std::max(root, other))] = least;
+    return least;
+  };
   std::vector<std::uint8_t> at_other(num_triangles, 0);
-  for (std::size_t t = 0; t < num_triangles; ++t) {
-    auto root = static_cast<std::int32_t>(t);
-    joined[t] = root;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t twin = twins[3 * t + k];
-      if (twin < 0) continue;
-      const auto neighbour = static_cast<std::size_t>(twin / 3);
-      if (number_of_triangle[neighbour] != number_of_triangle[t]) {
-        at_other[t] = 1;
-      } else if (neighbour < t) {
-        const std::int32_t other = root_of(static_cast<std::int32_t>(neighbour));
-        joined[static_cast<std::size_t>(std::max(root, other))] = std::min(root, other);
-        root = std::min(root, other);
+  struct Pair {
+    std::int32_t triangle, neighbour;
+  };
+  const auto parts = static_cast<std::size_t>(thread_count(execution));
+  const std::size_t per_part = num_triangles / parts + 1;
+  std::vector<std::vector<Pair>> out_of_part(parts);
+  parallel_chunks(static_cast<std::int64_t>(parts), 1, "", execution, [&](std::int64_t part, std::int64_t) {
+    const std::size_t begin = std::min(num_triangles, static_cast<std::size_t>(part) * per_part);
+    const std::size_t end = std::min(num_triangles, begin + per_part);
+    std::vector<Pair>& out = out_of_part[static_cast<std::size_t>(part)];
+    for (std::size_t t = begin; t < end; ++t) {
+      auto root = static_cast<std::int32_t>(t);
+      joined[t] = root;
+      const std::int32_t number = number_of_triangle[t];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = twins[3 * t + k];
+        const std::size_t neighbour = twin < 0 ? t : static_cast<std::uint32_t>(twin) / 3;
+        if (number_of_triangle[neighbour] != number) {
+          at_other[t] = 1;
+        } else if (neighbour < t) {
+          if (neighbour < begin)
+            out.push_back({static_cast<std::int32_t>(t), static_cast<std::int32_t>(neighbour)});
+          else
+            root = join(root, static_cast<std::int32_t>(neighbour));
+        }
       }
     }
-  }
+  });
+  for (const std::vector<Pair>& out : out_of_part)
+    for (const Pair& pair : out) join(root_of(pair.triangle), pair.neighbour);
   std::vector<Found> found;  // by smallest triangle
   Patches patches;
   std::vector<std::int32_t>& patch_of_triangle = patches.patch_of_triangle;
   patch_of_triangle.assign(num_triangles, 0);
   for (std::size_t t = 0; t < num_triangles; ++t) {
+    // What a triangle is joined to comes before it and leads to its root already.
+    const auto root = static_cast<std::size_t>(joined[t] = joined[static_cast<std::size_t>(joined[t])]);
     if (number_of_triangle[t] == 0) continue;
-    const auto root = static_cast<std::size_t>(root_of(static_cast<std::int32_t>(t)));
     if (root == t) {
       found.push_back({.number = number_of_triangle[t]});
       patch_of_triangle[t] = static_cast<std::int32_t>(found.size());
@@ -63,7 +84,7 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
     Found& patch = found[static_cast<std::size_t>(patch_of_triangle[t]) - 1];
     ++patch.num_triangles;
     patch.greatest_area = std::max(patch.greatest_area, areas[t]);
-    if (at_other[t] != 0) patch.is_whole = 0;
+    patch.is_whole = static_cast<std::uint8_t>(patch.is_whole & (at_other[t] ^ 1));
   }
   for (Found& patch : found) patch.exponent = area_exponent(patch.num_triangles, patch.greatest_area);
   for (std::size_t t = 0; t < num_triangles; ++t)

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/execution/execution.hpp"
+
 namespace meshmser {
 
 /// Patches are numbered from 1 by decreasing area, then smallest triangle id; 0 is no patch.
@@ -23,7 +25,7 @@ struct Patches {
 /// Digne et al. 2010, section 3.2. Two passes with a union-find whose roots are the smallest triangles, after Rosenfeld
 /// and Pfaltz, 1966.
 Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::int32_t> number_of_triangle,
-                      std::span<const double> areas);
+                      std::span<const double> areas, const Execution& execution = {});
 
 /// Takes away the patches that cover the whole of their mesh component (edge-connected, without what is cut out): such
 /// a patch is background. The others keep their order. O(F) where there is one.

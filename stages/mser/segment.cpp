@@ -255,7 +255,7 @@ std::vector<std::int32_t> flood(const SegmentInputs& inputs, std::span<const std
     case FloodBy::kStrength:
       break;
   }
-  return flood_by_strength(inputs.surface, labels, strength, excluded);
+  return flood_by_strength(inputs.surface, labels, strength, excluded, execution);
 }
 
 /// Absorbs, floods and merges; labels may be in any numbering.
@@ -271,14 +271,15 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
   execution.check();
   // After the flood: a small seed may be all that a large facet has.
   if (parameters.grow != Grow::kNone && parameters.absorb_area > 0)
-    labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
+    labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area, execution);
   const auto settle = [&] {
     if (parameters.border != Border::kSides) return;
     FitParameters fit;
     fit.spacing = parameters.spacing;
     fit.radius = parameters.side_radius;
     labels = fit_borders(surface, labels, areas, fit, execution);
-    if (parameters.absorb_area > 0) labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area);
+    if (parameters.absorb_area > 0)
+      labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area, execution);
   };
   if (parameters.merge == Merge::kSaliency)
     labels = merge_by_saliency(surface, labels, strength, areas, parameters.saliency, execution);
@@ -370,7 +371,7 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
   if (trees.empty()) segmentation.region_of_triangle.assign(surface.triangles.size(), 0);
 
   execution.report("labelling triangles", 3, 4);
-  Patches patches = split_patches(surface.twins, segmentation.region_of_triangle, areas);
+  Patches patches = split_patches(surface.twins, segmentation.region_of_triangle, areas, execution);
   if (parameters.grow != Grow::kNone || parameters.merge != Merge::kNone) {
     std::vector<std::int32_t> labels = patches.patch_of_triangle;
     if (parameters.grow == Grow::kLevel) {
@@ -384,7 +385,7 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
                              level_sets.excluded_of_triangle);
     }
     const std::vector<std::int32_t> grown = grow_and_merge(inputs, std::move(labels), areas, parameters, execution);
-    Patches final_patches = split_patches(surface.twins, grown, areas);
+    Patches final_patches = split_patches(surface.twins, grown, areas, execution);
     drop_whole_components(final_patches);
     for (std::int32_t& number : final_patches.number_of_patch)
       number = patches.number_of_patch[static_cast<std::size_t>(number)];

@@ -44,7 +44,7 @@ struct OpenNode {
 
 constexpr std::int32_t kTrianglesAhead = 16;
 constexpr std::int32_t kNeighboursAhead = 8;
-constexpr std::size_t kMostLower = 512;  ///< so many stay in the processor's nearest cache
+constexpr std::size_t kMostLower = 512;    ///< so many stay in the processor's nearest cache
 constexpr std::size_t kFewTriangles = 16;  ///< a level
 constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
 /// Up to so many levels a chunk counts its triangles by level for itself.
@@ -52,7 +52,7 @@ constexpr std::int32_t kFewLevels = 1 << 14;
 
 /// What the flood leaves: the queue array, in which the own triangles of every node stand side by side.
 struct Flooded {
-  std::vector<std::int32_t> queue;          ///< the triangles of level 1 and above, and a place of none behind each level's
+  std::vector<std::int32_t> queue;  ///< the triangles of level 1 and above, and a place of none behind each level's
   std::vector<std::int32_t> first_of_node;  ///< #N: place in the queue of a node's first own triangle
   std::vector<std::int32_t> end_of_node;    ///< #N
   std::size_t num_triangles = 0;            ///< of level 1 and above

@@ -150,9 +150,9 @@ struct Cleaning {
     nodes.resize(kept);
     return filter_diversity(p.tree, changes, nodes, parameters.min_diversity);
   }
-  std::vector<std::int32_t> grow() const {
-    return absorb_small_patches(p.surface(), flood_by_strength(p.surface(), labels, strength), p.areas,
-                                parameters.absorb_area);
+  std::vector<std::int32_t> grow(const Execution& execution) const {
+    return absorb_small_patches(p.surface(), flood_by_strength(p.surface(), labels, strength, {}, execution), p.areas,
+                                parameters.absorb_area, execution);
   }
 
   const Prepared& p;
@@ -260,7 +260,7 @@ void add(const Setting& s) {
       std::size_t kept = 0;
       for (auto _ : state) {
         kept = cleaning.filter(threads(n)).size();
-        benchmark::DoNotOptimize(cleaning.grow());
+        benchmark::DoNotOptimize(cleaning.grow(threads(n)));
       }
       state.counters["regions"] = static_cast<double>(kept);
     });
