@@ -2,9 +2,9 @@
 /// Border half-edges of one region linked into closed loops. Internal to the borders stage.
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "stages/borders/borders.hpp"
@@ -14,7 +14,7 @@ namespace meshmser {
 
 class LoopTracer {
  public:
-  explicit LoopTracer(const SurfaceView& surface) : surface_(surface), pending_(surface.twins.size() / 64 + 1, 0) {}
+  explicit LoopTracer(const SurfaceView& surface) : surface_(surface) {}
 
   /// What is told of a loop beside its edges.
   struct Traced {
@@ -29,43 +29,29 @@ class LoopTracer {
   template <class Inside>
   std::int64_t trace(std::span<std::int32_t> half_edges, std::span<EdgeKind> kinds, std::span<std::int32_t> neighbours,
                      Inside&& inside, std::span<const std::int32_t> number_behind, std::vector<Traced>& loops) {
-    // The walk along a loop waits for every place on its way; here, where none waits for another, they come sooner.
-    for (const std::int32_t half_edge : half_edges) {
-      word(half_edge) |= bit(half_edge);
-      __builtin_prefetch(&start_of(half_edge));
-      __builtin_prefetch(&surface_.twins[static_cast<std::size_t>(half_edge)]);
-    }
+    find_next(half_edges, inside);
     found_.clear();
-    edges_.clear();
     std::int64_t num_dropped = 0;
-    for (const std::int32_t first : half_edges) {
-      if ((word(first) & bit(first)) == 0) continue;
-      Loop loop{edges_.size(), edges_.size(), edges_.size(), 0, 0};
-      std::int32_t half_edge = first;
-      std::int32_t twin = twin_of(half_edge);
-      const Eigen::Vector3d* from = &start_of(half_edge);
-      bool has_level_edge = false;
-      do {
-        word(half_edge) &= ~bit(half_edge);
-        const std::int32_t after = next_half_edge(half_edge);
-        const Eigen::Vector3d* to = &start_of(after);
-        if (twin >= 0 && (!has_level_edge || half_edge < edges_[loop.first].half_edge)) loop.first = edges_.size();
-        has_level_edge |= twin >= 0;
-        edges_.push_back({half_edge, twin, (*to - *from).norm()});
-        from = to;
-        half_edge = after;
-        twin = twin_of(half_edge);
-        while (twin >= 0 && inside(triangle_of_half_edge(twin))) {
-          half_edge = next_half_edge(twin);
-          twin = twin_of(half_edge);
+    walk_.clear();
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+      if (edges_[i].walked) continue;
+      // The first in order is the smallest level half-edge; edges are ascending.
+      Loop loop{walk_.size(), walk_.size(), walk_.size(), 0, 0};
+      std::int32_t least_level = -1;
+      for (auto at = static_cast<std::int32_t>(i); !edge(at).walked; at = edge(at).next) {
+        edge(at).walked = true;
+        if (edge(at).twin >= 0 && (least_level < 0 || at < least_level)) {
+          least_level = at;
+          loop.first = walk_.size();
         }
-      } while (half_edge != first);
-      if (!has_level_edge) {
+        walk_.push_back(at);
+      }
+      if (least_level < 0) {
         ++num_dropped;
-        edges_.resize(loop.begin);
+        walk_.resize(loop.begin);
         continue;
       }
-      loop.end = edges_.size();
+      loop.end = walk_.size();
       // Added up from the loop's first half-edge on, so that lengths do not depend on where the walk began.
       for_each_edge(loop, [&](const Edge& e) { (e.twin < 0 ? loop.hole_length : loop.level_length) += e.length; });
       found_.push_back(loop);
@@ -73,7 +59,7 @@ class LoopTracer {
     if (found_.size() > 1)
       std::sort(found_.begin(), found_.end(), [&](const Loop& a, const Loop& b) {
         const double length_a = a.level_length + a.hole_length, length_b = b.level_length + b.hole_length;
-        return length_a != length_b ? length_a > length_b : edges_[a.first].half_edge < edges_[b.first].half_edge;
+        return length_a != length_b ? length_a > length_b : walk_[a.first] < walk_[b.first];
       });
     std::size_t place = 0;
     for (const Loop& loop : found_) {
@@ -90,34 +76,83 @@ class LoopTracer {
 
  private:
   struct Edge {
-    std::int32_t half_edge, twin;
     double length;
+    std::int32_t half_edge, twin;
+    std::int32_t next;  ///< index of the edge that follows
+    bool walked;
   };
-  /// Edges begin .. end of edges_; the first in order is `first`, the smallest level half-edge.
+  /// walk_[begin] .. walk_[end]; the first in order is `first`, the smallest level half-edge.
   struct Loop {
     std::size_t begin, end, first;
     double level_length, hole_length;
   };
+  static constexpr std::size_t kAhead = 8;
+
+  /// The edges, each with the one that follows. Here no edge waits for the one before, as a walk along a loop would, so
+  /// that the processor looks at several places of the mesh at a time.
+  template <class Inside>
+  void find_next(std::span<const std::int32_t> half_edges, Inside&& inside) {
+    const std::size_t n = half_edges.size();
+    edges_.resize(n);
+    clear_places(n);
+    const std::int32_t *twins = surface_.twins.data(), *corners = surface_.triangles.front().data();
+    const Eigen::Vector3d* positions = surface_.positions.data();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (i + 2 * kAhead < n) {
+        __builtin_prefetch(&twins[half_edges[i + 2 * kAhead]]);
+        __builtin_prefetch(&corners[half_edges[i + 2 * kAhead]]);
+      }
+      if (i + kAhead < n) {
+        const std::int32_t ahead = half_edges[i + kAhead];
+        __builtin_prefetch(&positions[corners[ahead]]);
+        __builtin_prefetch(&positions[corners[next_half_edge(ahead)]]);
+        __builtin_prefetch(&twins[std::max(twins[next_half_edge(ahead)], 0)]);
+      }
+      const std::int32_t half_edge = half_edges[i];
+      std::int32_t after = next_half_edge(half_edge);
+      const double length = (positions[corners[after]] - positions[corners[half_edge]]).norm();
+      for (std::int32_t twin = twins[after]; twin >= 0 && inside(triangle_of_half_edge(twin)); twin = twins[after])
+        after = next_half_edge(twin);
+      edges_[i] = {length, half_edge, twins[half_edge], after, false};
+      put_place(half_edge, static_cast<std::int32_t>(i));
+    }
+    for (Edge& e : edges_) e.next = place_of(e.next);
+  }
+
+  Edge& edge(std::int32_t i) { return edges_[static_cast<std::size_t>(i)]; }
 
   template <class Body>
   void for_each_edge(const Loop& loop, Body&& body) const {
-    for (std::size_t i = loop.first; i < loop.end; ++i) body(edges_[i]);
-    for (std::size_t i = loop.begin; i < loop.first; ++i) body(edges_[i]);
+    const auto edge_at = [&](std::size_t i) { return edges_[static_cast<std::size_t>(walk_[i])]; };
+    for (std::size_t i = loop.first; i < loop.end; ++i) body(edge_at(i));
+    for (std::size_t i = loop.begin; i < loop.first; ++i) body(edge_at(i));
   }
 
-  std::int32_t twin_of(std::int32_t half_edge) const { return surface_.twins[static_cast<std::size_t>(half_edge)]; }
-  const Eigen::Vector3d& start_of(std::int32_t half_edge) const {
-    const std::int32_t* corners = surface_.triangles.front().data();
-    return surface_.positions[static_cast<std::size_t>(corners[half_edge])];
+  // A half-edge's index among the edges, by open addressing: at most half of the slots are taken.
+  void clear_places(std::size_t num_edges) {
+    const int bits = std::bit_width(num_edges) + 1;
+    slots_.assign(std::size_t{1} << bits, -1);
+    shift_ = 32 - bits;
   }
-  std::uint64_t& word(std::int32_t half_edge) { return pending_[static_cast<std::size_t>(half_edge) / 64]; }
-  static std::uint64_t bit(std::int32_t half_edge) {
-    return std::uint64_t{1} << (static_cast<std::size_t>(half_edge) % 64);
+  std::size_t slot_of(std::int32_t half_edge) const {
+    return static_cast<std::uint32_t>(half_edge) * 0x9E3779B1U >> shift_;
+  }
+  void put_place(std::int32_t half_edge, std::int32_t index) {
+    std::size_t slot = slot_of(half_edge);
+    while (slots_[slot] >= 0) slot = (slot + 1) % slots_.size();
+    slots_[slot] = index;
+  }
+  std::int32_t place_of(std::int32_t half_edge) const {
+    std::size_t slot = slot_of(half_edge);
+    while (edges_[static_cast<std::size_t>(slots_[slot])].half_edge != half_edge) slot = (slot + 1) % slots_.size();
+    return slots_[slot];
   }
 
   SurfaceView surface_;
-  std::vector<std::uint64_t> pending_;  ///< a bit a half-edge; all clear between regions
-  std::vector<Edge> edges_;
+  std::vector<Edge> edges_;          ///< of the region, by half-edge
+  std::vector<std::int32_t> slots_;  ///< a power of two, indices or -1
+  int shift_ = 0;
+  std::vector<std::int32_t> walk_;  ///< indices, loop by loop
   std::vector<Loop> found_;
 };
 
