@@ -54,7 +54,8 @@ def core_table(times, size, cpu):
             cells.append(one + (f" ({two})" if two and not cpu else ""))
         lines.append(f"| {title} | " + " | ".join(cells) + " |")
     plain = [("std::map adjacency", "adjacency_plain"), ("std::map adjacency, met edges erased", "adjacency_plain_erasing"),
-             ("sort and union-find", "tree_plain"), ("the same by value", "tree_every_value_plain")]
+             ("sort and union-find", "tree_plain"), ("the same, joined by rank", "tree_plain_by_rank"),
+             ("sort and union-find by value", "tree_every_value_plain")]
     for title, what in plain:
         lines.append(f"| *reference*: {title} | " + " | ".join(cell(what, field) for field in FIELDS) + " |")
 
@@ -68,7 +69,8 @@ def core_table(times, size, cpu):
     ratio("adjacency against std::map", "adjacency_plain", "adjacency/1")
     ratio("adjacency against std::map, met edges erased", "adjacency_plain_erasing", "adjacency/1")
     ratio("tree against sort and union-find", "tree_plain", "tree/1")
-    ratio("tree of every value against the same", "tree_every_value_plain", "tree_every_value/1")
+    ratio("tree against the same, joined by rank", "tree_plain_by_rank", "tree/1")
+    ratio("tree of every value against sort and union-find by value", "tree_every_value_plain", "tree_every_value/1")
     if not cpu:
         ratio("whole, two threads against one", "whole/1", "whole/2")
     return lines

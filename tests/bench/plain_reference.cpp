@@ -13,7 +13,9 @@ std::size_t at(std::int32_t i) {
 }
 
 struct UnionFind {
-  explicit UnionFind(std::size_t n) : parent(n), rank(n, 0) { std::iota(parent.begin(), parent.end(), 0); }
+  UnionFind(std::size_t n, bool by_rank) : parent(n), rank(by_rank ? n : 0, 0) {
+    std::iota(parent.begin(), parent.end(), 0);
+  }
 
   std::int32_t find(std::int32_t x) {
     std::int32_t root = x;
@@ -22,10 +24,12 @@ struct UnionFind {
     return root;
   }
 
-  /// Returns the set's new representative.
+  /// Returns the set's new representative: without ranks `a`.
   std::int32_t unite(std::int32_t a, std::int32_t b) {
-    if (rank[at(a)] < rank[at(b)]) std::swap(a, b);
-    rank[at(a)] = static_cast<std::uint8_t>(rank[at(a)] + (rank[at(a)] == rank[at(b)]));
+    if (!rank.empty()) {
+      if (rank[at(a)] < rank[at(b)]) std::swap(a, b);
+      rank[at(a)] = static_cast<std::uint8_t>(rank[at(a)] + (rank[at(a)] == rank[at(b)]));
+    }
     parent[at(b)] = a;
     return a;
   }
@@ -53,30 +57,29 @@ std::vector<std::int32_t> plain_twins(std::span<const std::array<std::int32_t, 3
 }
 
 template <class Value>
-PlainTree plain_tree(std::span<const std::int32_t> twins, std::span<const double> areas,
-                     std::span<const Value> values) {
+PlainTree plain_tree(std::span<const std::int32_t> twins, std::span<const double> areas, std::span<const Value> values,
+                     bool by_rank) {
   const std::size_t n = values.size();
   std::vector<std::int32_t> order(n);
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-    return values[at(a)] != values[at(b)] ? values[at(a)] > values[at(b)] : a < b;
-  });
+  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return values[at(a)] > values[at(b)]; });
   PlainTree tree;
   tree.parent.assign(n, -1);
-  UnionFind sets(n);
-  std::vector<std::int32_t> last_of_set(n);  // the latest triangle of a set, under which it hangs
+  UnionFind sets(n, by_rank);
+  // The latest triangle of a set, under which it hangs; without ranks it stands for the set itself.
+  std::vector<std::int32_t> last_of_set(by_rank ? n : 0);
   for (const std::int32_t t : order) {
     tree.parent[at(t)] = t;
-    last_of_set[at(t)] = t;
+    if (by_rank) last_of_set[at(t)] = t;
     std::int32_t set = t;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::int32_t twin = twins[3 * at(t) + k];
       if (twin < 0 || tree.parent[at(twin / 3)] < 0) continue;
       const std::int32_t other = sets.find(twin / 3);
       if (other == set) continue;
-      tree.parent[at(last_of_set[at(other)])] = t;
+      tree.parent[at(by_rank ? last_of_set[at(other)] : other)] = t;
       set = sets.unite(set, other);
-      last_of_set[at(set)] = t;
+      if (by_rank) last_of_set[at(set)] = t;
     }
   }
   tree.area.assign(areas.begin(), areas.end());
@@ -90,7 +93,8 @@ PlainTree plain_tree(std::span<const std::int32_t> twins, std::span<const double
   return tree;
 }
 
-template PlainTree plain_tree(std::span<const std::int32_t>, std::span<const double>, std::span<const std::int32_t>);
-template PlainTree plain_tree(std::span<const std::int32_t>, std::span<const double>, std::span<const double>);
+template PlainTree plain_tree(std::span<const std::int32_t>, std::span<const double>, std::span<const std::int32_t>,
+                              bool);
+template PlainTree plain_tree(std::span<const std::int32_t>, std::span<const double>, std::span<const double>, bool);
 
 }  // namespace meshmser::bench

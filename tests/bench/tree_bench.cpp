@@ -215,11 +215,13 @@ void add(const Setting& s) {
                                                       static_cast<std::int32_t>(p.levels.size()), threads(n)));
       state.counters["nodes"] = static_cast<double>(p.tree.num_nodes());
     });
-  run("tree_plain", [](benchmark::State& state, const Prepared& p) {
-    std::int64_t nodes = 0;
-    for (auto _ : state) nodes = plain_tree<std::int32_t>(p.twins, p.areas, p.level_of_triangle).num_nodes;
-    if (nodes != static_cast<std::int64_t>(p.tree.num_nodes())) state.SkipWithError("the reference finds other nodes");
-  });
+  for (const bool by_rank : {false, true})
+    run(by_rank ? "tree_plain_by_rank" : "tree_plain", [by_rank](benchmark::State& state, const Prepared& p) {
+      std::int64_t nodes = 0;
+      for (auto _ : state) nodes = plain_tree<std::int32_t>(p.twins, p.areas, p.level_of_triangle, by_rank).num_nodes;
+      if (nodes != static_cast<std::int64_t>(p.tree.num_nodes()))
+        state.SkipWithError("the reference finds other nodes");
+    });
   run("tree_every_value/1", [](benchmark::State& state, const Prepared& p) {
     for (auto _ : state) {
       const RankedValues ranked = rank_values(p.mesh.values, 1, threads(1));
@@ -230,7 +232,7 @@ void add(const Setting& s) {
     }
   });
   run("tree_every_value_plain", [](benchmark::State& state, const Prepared& p) {
-    for (auto _ : state) benchmark::DoNotOptimize(plain_tree<double>(p.twins, p.areas, p.value_of_triangle));
+    for (auto _ : state) benchmark::DoNotOptimize(plain_tree<double>(p.twins, p.areas, p.value_of_triangle, false));
   });
   run("select_and_label/1", [](benchmark::State& state, const Prepared& p) {
     for (auto _ : state) benchmark::DoNotOptimize(select_and_label(p.tree));
