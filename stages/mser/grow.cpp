@@ -17,10 +17,10 @@ namespace {
 
 constexpr std::int32_t kSteps = 4096;
 
-/// Half-edges waiting in kSteps queues, first in, first out in each, linked through one array.
+/// Half-edges, each put once, waiting in kSteps queues, first in, first out in each, linked through one list.
 class StepQueues {
  public:
-  explicit StepQueues(std::size_t num_half_edges) : next_(num_half_edges, -1) {
+  StepQueues() {
     first_.fill(-1);
     last_.fill(-1);
   }
@@ -28,23 +28,30 @@ class StepQueues {
   /// Puts a half-edge into a queue, or into the one being emptied if that is a later one.
   void push(std::int32_t half_edge, std::int32_t step) {
     const auto s = static_cast<std::size_t>(std::max(step, current_));
+    const auto place = static_cast<std::int32_t>(waiting_.size());
+    waiting_.push_back({-1, half_edge});
     if (first_[s] < 0)
-      first_[s] = half_edge;
+      first_[s] = place;
     else
-      next_[static_cast<std::size_t>(last_[s])] = half_edge;
-    last_[s] = half_edge;
+      waiting_[static_cast<std::size_t>(last_[s])].next = place;
+    last_[s] = place;
   }
 
   /// The next half-edge, or -1.
   std::int32_t pop() {
     while (current_ < kSteps && first_[static_cast<std::size_t>(current_)] < 0) ++current_;
     if (current_ == kSteps) return -1;
-    std::int32_t& front = first_[static_cast<std::size_t>(current_)];
-    return std::exchange(front, next_[static_cast<std::size_t>(front)]);
+    const Waiting& front = waiting_[static_cast<std::size_t>(first_[static_cast<std::size_t>(current_)])];
+    first_[static_cast<std::size_t>(current_)] = front.next;
+    return front.half_edge;
   }
 
  private:
-  std::vector<std::int32_t> next_;
+  struct Waiting {
+    std::int32_t next;  ///< place of the one behind, or -1
+    std::int32_t half_edge;
+  };
+  std::vector<Waiting> waiting_;
   std::array<std::int32_t, kSteps> first_, last_;
   std::int32_t current_ = 0;
 };
@@ -55,7 +62,7 @@ template <class StepOf, class Entered>
 std::vector<std::int32_t> flood(const SurfaceView& surface, std::span<const std::int32_t> labels,
                                 std::span<const std::uint8_t> excluded, StepOf step_of, Entered entered) {
   std::vector<std::int32_t> grown(labels.begin(), labels.end());
-  StepQueues queues(surface.twins.size());
+  StepQueues queues;
   const auto reach = [&](std::size_t from) {
     for (std::size_t h = 3 * from; h < 3 * from + 3; ++h) {
       if (surface.twins[h] < 0) continue;
