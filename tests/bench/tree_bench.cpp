@@ -240,13 +240,15 @@ void add(const Setting& s) {
   for (const int n : {1, 2})
     run("borders/" + std::to_string(n), [n](benchmark::State& state, const Prepared& p) {
       const Selected selected = select_and_label(p.tree);
-      std::size_t edges = 0;
+      std::size_t edges = 0, num_loops = 0;
       for (auto _ : state) {
         const BorderLoops loops =
             extract_borders(p.surface(), p.tree, selected.number_of_node, selected.region_of_triangle, threads(n));
         edges = loops.half_edges.size();
+        num_loops = loops.num_loops();
       }
       state.counters["border edges"] = static_cast<double>(edges);
+      state.counters["loops"] = static_cast<double>(num_loops);
     });
   for (const int n : {1, 2})
     run("contrasts/" + std::to_string(n), [n](benchmark::State& state, const Prepared& p) {
