@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+
+#include "stages/common/adjacency.hpp"
 #include "stages/mser/patches.hpp"
 #include "tests/unit/mser/hand_made_tree.hpp"
 #include "tests/unit/mser/height_field.hpp"
@@ -46,6 +50,55 @@ TEST(SplitPatches, NumbersPartsByAreaThenSmallestTriangle) {
   EXPECT_THAT(equal.area_of_patch, ElementsAre(0, 2, 2, 2));
   const Patches differing = split_patches(twins, number, std::vector<double>{1, 1, 3, 1e-300, 9});
   EXPECT_THAT(differing.patch_of_triangle, ElementsAre(2, 2, 1, 3, 0));
+}
+
+/// Of each triangle the smallest that a walk over neighbours of the same number reaches; -1 for number 0.
+std::vector<std::int32_t> smallest_reached(std::span<const std::int32_t> twins, std::span<const std::int32_t> number) {
+  std::vector<std::int32_t> smallest(number.size(), -1);
+  for (std::size_t seed = 0; seed < number.size(); ++seed) {
+    if (number[seed] == 0 || smallest[seed] >= 0) continue;
+    std::vector<std::size_t> front{seed};
+    smallest[seed] = static_cast<std::int32_t>(seed);
+    while (!front.empty()) {
+      const std::size_t t = front.back();
+      front.pop_back();
+      for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
+        if (twins[h] < 0) continue;
+        const auto next = static_cast<std::size_t>(twins[h] / 3);
+        if (number[next] != number[t] || smallest[next] >= 0) continue;
+        smallest[next] = static_cast<std::int32_t>(seed);
+        front.push_back(next);
+      }
+    }
+  }
+  return smallest;
+}
+
+TEST(SplitPatches, AreThoseOfAWalkOverNeighboursWhateverTheThreads) {
+  std::mt19937 random(3);
+  for (int repeat = 0; repeat < 200; ++repeat) {
+    HeightField field = make_height_field(1 + static_cast<int>(random() % 20), 1 + static_cast<int>(random() % 20));
+    if (repeat % 2 == 1) std::shuffle(field.triangles.begin(), field.triangles.end(), random);
+    const std::vector<std::int32_t> twins = twin_half_edges(field.triangles, field.positions.size());
+    std::vector<std::int32_t> number;
+    for (std::size_t t = 0; t < field.triangles.size(); ++t) number.push_back(static_cast<std::int32_t>(random() % 3));
+    const std::vector<std::int32_t> expected = smallest_reached(twins, number);
+    for (const int threads : {1, 2, 3, 50}) {
+      Execution execution;
+      execution.threads = threads;
+      const Patches patches = split_patches(twins, number, std::vector<double>(number.size(), 1), execution);
+      std::vector<std::int32_t> smallest(patches.num_patches() + 1, -1);
+      for (std::size_t t = number.size(); t-- > 0;) {
+        const auto patch = static_cast<std::size_t>(patches.patch_of_triangle[t]);
+        if (patch > 0) smallest[patch] = static_cast<std::int32_t>(t);
+      }
+      for (std::size_t t = 0; t < number.size(); ++t) {
+        const auto patch = static_cast<std::size_t>(patches.patch_of_triangle[t]);
+        ASSERT_EQ(smallest[patch], expected[t]) << "triangle " << t << " on " << threads << " threads";
+        ASSERT_EQ(patches.number_of_patch[patch], number[t]);
+      }
+    }
+  }
 }
 
 TEST(DropWholeComponents, OnlyWhereOneLabelCoversAll) {
