@@ -63,7 +63,7 @@ CommandDefinition run_command() {
                        .repeated = true,
                        .optional_value = true},
                       {.name = "--dry-run,-n", .description = "tells what would run, runs nothing", .flag = true},
-                      {.name = "--quiet,-q", .description = "warnings only", .flag = true}},
+                      {.name = "--quiet,-q", .description = "no progress: warnings, and the files it wrote", .flag = true}},
           .run = run_configuration,
           .example = "meshmser run configs/demo.yaml --set mser.min_area='2 mm2' --out /tmp/demo"};
 }

@@ -8,7 +8,7 @@
 namespace meshmser {
 
 /// Tells a run on stderr: on a terminal one line that moves, with rate and time left; elsewhere plain lines. Each
-/// stage ends with its wall time, processor time and peak memory. Quiet: warnings only.
+/// stage ends with its wall time, processor time and peak memory. Quiet: warnings alone.
 class ConsoleObserver : public RunObserver {
  public:
   explicit ConsoleObserver(bool quiet = false, std::FILE* stream = stderr);

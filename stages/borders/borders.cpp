@@ -230,6 +230,13 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
       const std::int32_t node = node_of[t];
       if (node < 0) continue;
       const std::int32_t lo = lo_of[node];
+      // Most triangles have no border: one look at all three sides is enough for those without a rim.
+      const auto level_behind_or_none = [&](std::size_t h) {
+        return twins[h] < 0 ? kNone : level_of[static_cast<std::uint32_t>(twins[h]) / 3];
+      };
+      if (std::min({level_behind_or_none(3 * t), level_behind_or_none(3 * t + 1), level_behind_or_none(3 * t + 2)}) >=
+          lo)
+        continue;
       for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
         const std::int32_t twin = twins[h];
         const std::int32_t level_behind = twin >= 0 ? level_of[triangle_of_half_edge(twin)] : least[rim++];

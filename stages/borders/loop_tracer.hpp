@@ -29,7 +29,7 @@ class LoopTracer {
   template <class Inside>
   std::int64_t trace(std::span<std::int32_t> half_edges, std::span<EdgeKind> kinds, std::span<std::int32_t> neighbours,
                      Inside&& inside, std::span<const std::int32_t> number_behind, std::vector<Traced>& loops) {
-    find_next(half_edges, inside);
+    find_next(half_edges, inside, number_behind);
     found_.clear();
     std::int64_t num_dropped = 0;
     walk_.clear();
@@ -78,7 +78,9 @@ class LoopTracer {
   struct Edge {
     double length;
     std::int32_t half_edge, twin;
-    std::int32_t next;  ///< index of the edge that follows
+    std::int32_t start;  ///< vertex
+    std::int32_t next;   ///< index of the edge that follows
+    bool shares_start;   ///< with a later edge
     bool walked;
   };
   /// walk_[begin] .. walk_[end]; the first in order is `first`, the smallest level half-edge.
@@ -86,38 +88,48 @@ class LoopTracer {
     std::size_t begin, end, first;
     double level_length, hole_length;
   };
-  static constexpr std::size_t kAhead = 8;
+  static constexpr std::size_t kAhead = 16;
 
-  /// The edges, each with the one that follows. Here no edge waits for the one before, as a walk along a loop would, so
-  /// that the processor looks at several places of the mesh at a time.
+  /// The edges, each with the one that follows: the one that starts where it ends. Only where several start there, the
+  /// region pinches and one has to rotate. Here no edge waits for the one before, as a walk along a loop would, so that
+  /// the processor looks at several places of the mesh at a time.
   template <class Inside>
-  void find_next(std::span<const std::int32_t> half_edges, Inside&& inside) {
+  void find_next(std::span<const std::int32_t> half_edges, Inside&& inside,
+                 std::span<const std::int32_t> number_behind) {
     const std::size_t n = half_edges.size();
     edges_.resize(n);
     clear_places(n);
     const std::int32_t *twins = surface_.twins.data(), *corners = surface_.triangles.front().data();
     const Eigen::Vector3d* positions = surface_.positions.data();
     for (std::size_t i = 0; i < n; ++i) {
-      if (i + 2 * kAhead < n) {
-        __builtin_prefetch(&twins[half_edges[i + 2 * kAhead]]);
-        __builtin_prefetch(&corners[half_edges[i + 2 * kAhead]]);
-      }
       if (i + kAhead < n) {
-        const std::int32_t ahead = half_edges[i + kAhead];
-        __builtin_prefetch(&positions[corners[ahead]]);
-        __builtin_prefetch(&positions[corners[next_half_edge(ahead)]]);
-        __builtin_prefetch(&twins[std::max(twins[next_half_edge(ahead)], 0)]);
+        __builtin_prefetch(&twins[half_edges[i + kAhead]]);
+        __builtin_prefetch(&corners[half_edges[i + kAhead]]);
       }
-      const std::int32_t half_edge = half_edges[i];
-      std::int32_t after = next_half_edge(half_edge);
-      const double length = (positions[corners[after]] - positions[corners[half_edge]]).norm();
-      for (std::int32_t twin = twins[after]; twin >= 0 && inside(triangle_of_half_edge(twin)); twin = twins[after])
-        after = next_half_edge(twin);
-      edges_[i] = {length, half_edge, twins[half_edge], after, false};
-      put_place(half_edge, static_cast<std::int32_t>(i));
+      const std::int32_t half_edge = half_edges[i], twin = twins[half_edge], start = corners[half_edge];
+      edges_[i] = {0, half_edge, twin, start, corners[next_half_edge(half_edge)], false, false};
+      __builtin_prefetch(&positions[start]);
+      if (twin >= 0) __builtin_prefetch(&number_behind[static_cast<std::size_t>(triangle_of_half_edge(twin))]);
+      put_place(start, static_cast<std::int32_t>(i));
     }
-    for (Edge& e : edges_) e.next = place_of(e.next);
+    for (Edge& e : edges_) {
+      e.next = place_of(e.next);
+      if (edge(e.next).shares_start) e.next = rotate(e.half_edge, inside);
+      e.length = (positions[edge(e.next).start] - positions[e.start]).norm();
+    }
   }
+
+  /// The index of the edge that follows a half-edge, found by rotating inside the region about its end.
+  template <class Inside>
+  std::int32_t rotate(std::int32_t half_edge, Inside&& inside) const {
+    std::int32_t after = next_half_edge(half_edge);
+    for (std::int32_t twin = twin_of(after); twin >= 0 && inside(triangle_of_half_edge(twin)); twin = twin_of(after))
+      after = next_half_edge(twin);
+    const auto place = std::lower_bound(edges_.begin(), edges_.end(), after,
+                                        [](const Edge& e, std::int32_t than) { return e.half_edge < than; });
+    return static_cast<std::int32_t>(place - edges_.begin());
+  }
+  std::int32_t twin_of(std::int32_t half_edge) const { return surface_.twins[static_cast<std::size_t>(half_edge)]; }
 
   Edge& edge(std::int32_t i) { return edges_[static_cast<std::size_t>(i)]; }
 
@@ -128,25 +140,27 @@ class LoopTracer {
     for (std::size_t i = loop.begin; i < loop.first; ++i) body(edge_at(i));
   }
 
-  // A half-edge's index among the edges, by open addressing: at most half of the slots are taken.
+  // The first edge that starts at a vertex, by open addressing: at most half of the slots are taken.
   void clear_places(std::size_t num_edges) {
     const int bits = std::bit_width(num_edges) + 1;
     slots_.assign(std::size_t{1} << bits, -1);
     shift_ = 32 - bits;
   }
-  std::size_t slot_of(std::int32_t half_edge) const {
-    return static_cast<std::uint32_t>(half_edge) * 0x9E3779B1U >> shift_;
+  /// The slot of a vertex, or the free one where it belongs.
+  std::size_t slot_of(std::int32_t vertex) const {
+    std::size_t slot = static_cast<std::uint32_t>(vertex) * 0x9E3779B1U >> shift_;
+    while (slots_[slot] >= 0 && edges_[static_cast<std::size_t>(slots_[slot])].start != vertex)
+      slot = (slot + 1) % slots_.size();
+    return slot;
   }
-  void put_place(std::int32_t half_edge, std::int32_t index) {
-    std::size_t slot = slot_of(half_edge);
-    while (slots_[slot] >= 0) slot = (slot + 1) % slots_.size();
-    slots_[slot] = index;
+  void put_place(std::int32_t vertex, std::int32_t index) {
+    std::int32_t& place = slots_[slot_of(vertex)];
+    if (place >= 0)
+      edge(place).shares_start = true;
+    else
+      place = index;
   }
-  std::int32_t place_of(std::int32_t half_edge) const {
-    std::size_t slot = slot_of(half_edge);
-    while (edges_[static_cast<std::size_t>(slots_[slot])].half_edge != half_edge) slot = (slot + 1) % slots_.size();
-    return slots_[slot];
-  }
+  std::int32_t place_of(std::int32_t vertex) const { return slots_[slot_of(vertex)]; }
 
   SurfaceView surface_;
   std::vector<Edge> edges_;          ///< of the region, by half-edge
