@@ -36,6 +36,7 @@ CLI::Option* add_option(CLI::App& app, const CommandOption& option) {
     added = app.add_option(option.name, option.description);
     // The placeholder of the value in the help text.
     added->type_name(option.choices.empty() ? "VALUE" : CLI::detail::join(option.choices, "|"));
+    if (option.repeated) added->option_text("VALUE (once for each)");
   } else {
     // The parser takes positional names of letters and digits only; the help text shows the name as it is.
     std::string plain = option.name;

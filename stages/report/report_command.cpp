@@ -79,7 +79,7 @@ CommandDefinition definition() {
                       {"--out", "folder of the results (without: CONFIG's name with -out); of two runs that of "
                                 "comparison.html (without: the current one)"},
                       {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"},
-                      {.name = "--quiet,-q", .description = "warnings only", .flag = true}},
+                      {.name = "--quiet,-q", .description = "no progress: warnings, and the page it wrote", .flag = true}},
           .run = run_report,
           .example = "meshmser report configs/demo.yaml --out /tmp/demo"};
 }
