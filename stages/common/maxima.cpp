@@ -28,17 +28,19 @@ std::vector<double> heights_of_levels(std::span<const double> levels) {
   return heights;
 }
 
+bool way_up_ends(const ComponentTree& tree, std::int32_t node) {
+  if (tree.polarity != Polarity::kShapes) return false;
+  const std::int32_t parent = tree.parent_of_node[static_cast<std::size_t>(node)];
+  return tree.parent_of_node[static_cast<std::size_t>(parent)] < 0 ||
+         tree.side_of_node[static_cast<std::size_t>(node)] != tree.side_of_node[static_cast<std::size_t>(parent)];
+}
+
 Maxima find_maxima(const ComponentTree& tree) {
   const std::size_t num_nodes = tree.num_nodes();
   const std::vector<double> heights = heights_of_levels(tree.levels);
   const std::vector<std::int32_t> smallest = smallest_triangle_of_nodes(tree);
   const auto height = [&](std::size_t node) {
     return heights[static_cast<std::size_t>(tree.own_level(static_cast<std::int32_t>(node)))];
-  };
-  // Of a tree of shapes: whether the node stands alone against what is around it, its parent.
-  const auto turns = [&](std::size_t node, std::size_t parent) {
-    return tree.polarity == Polarity::kShapes &&
-           (tree.parent_of_node[parent] < 0 || tree.side_of_node[node] != tree.side_of_node[parent]);
   };
 
   Maxima maxima;
@@ -59,7 +61,7 @@ Maxima find_maxima(const ComponentTree& tree) {
       continue;
     }
     const auto parent = static_cast<std::size_t>(tree.parent_of_node[n]);
-    if (turns(n, parent)) {
+    if (way_up_ends(tree, static_cast<std::int32_t>(n))) {
       ends_below(leaf, static_cast<std::int32_t>(n), std::abs(height(static_cast<std::size_t>(leaf)) - height(parent)));
       continue;
     }

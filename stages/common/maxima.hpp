@@ -24,6 +24,10 @@ struct Maxima {
   }
 };
 
+/// Whether the way up from the maxima in a node, which is no root, ends there, whatever is around it: in a tree of shapes
+/// where its parent is of the other side or a root. O(1).
+bool way_up_ends(const ComponentTree& tree, std::int32_t node);
+
 /// Finds the maxima. A root's highest maximum lasts over the whole range of the levels; an infinite h_1 counts as the
 /// low end of the range (see heights_of_levels). O(N + F), no dependence on order beyond triangle ids. Source: elder
 /// rule, Edelsbrunner, Letscher, Zomorodian 2002.

@@ -55,8 +55,8 @@ class TrianglesOfNodes {
   std::vector<std::int32_t> triangles_;
 };
 
-/// Fits corners of triangles: all of few, else one of each of kFittedCorners triangles evenly taken, weighing as much as
-/// these.
+/// Fits corners of triangles: all of few, else one of each of kFittedCorners triangles evenly taken, weighing as much
+/// as these.
 FittedShapes fit_triangles(const SurfaceView& surface, std::span<const std::int32_t> triangles,
                            std::span<const double> areas) {
   struct Corner {

@@ -14,14 +14,16 @@ std::vector<std::int32_t> select_persistence(const ComponentTree& tree, const Ma
     if (maxima.top_of_leaf[n] >= 0 && maxima.persistence_of_leaf[n] > significance.min_persistence &&
         area_of_node(tree, maxima.top_of_leaf[n]) >= significance.min_area)
       count[n] = 1;
-    if (tree.parent_of_node[n] >= 0) {
+    if (tree.parent_of_node[n] >= 0 && !way_up_ends(tree, static_cast<std::int32_t>(n))) {
       std::uint8_t& sum = count[static_cast<std::size_t>(tree.parent_of_node[n])];
       sum = static_cast<std::uint8_t>(std::min(2, sum + count[n]));
     }
   }
   std::vector<std::int32_t> selected;
   for (std::size_t n = 0; n < tree.num_nodes(); ++n)
-    if (count[n] == 1 && tree.parent_of_node[n] >= 0 && count[static_cast<std::size_t>(tree.parent_of_node[n])] == 2)
+    if (count[n] == 1 && tree.parent_of_node[n] >= 0 &&
+        (way_up_ends(tree, static_cast<std::int32_t>(n)) ||
+         count[static_cast<std::size_t>(tree.parent_of_node[n])] == 2))
       selected.push_back(static_cast<std::int32_t>(n));
   if (fates == nullptr) return selected;
   for (std::size_t n = tree.num_nodes(); n-- > 0;) {
@@ -31,7 +33,8 @@ std::vector<std::int32_t> select_persistence(const ComponentTree& tree, const Ma
       fate = {count[n] == 0 ? NodeFate::Kind::kNoMaximum : NodeFate::Kind::kSeveralMaxima};
     } else if (parent < 0) {
       fate = {NodeFate::Kind::kSingleMaximum};
-    } else if (const auto p = static_cast<std::size_t>(parent); count[p] == 1) {
+    } else if (const auto p = static_cast<std::size_t>(parent);
+               count[p] == 1 && !way_up_ends(tree, static_cast<std::int32_t>(n))) {
       const bool below_region = (*fates)[p].kind == NodeFate::Kind::kRegion;
       fate = below_region ? NodeFate{NodeFate::Kind::kSmallerOfMaximum, -1, parent} : (*fates)[p];
     }
@@ -60,7 +63,7 @@ std::vector<std::int32_t> select_stable_branch(const ComponentTree& tree, const 
       NodeFate& fate = (*fates)[static_cast<std::size_t>(n)];
       if (n == choice)
         fate = {};
-      else if (n == end || fate.kind == NodeFate::Kind::kSmallerOfMaximum)
+      else if (n == end || (fate.kind == NodeFate::Kind::kSmallerOfMaximum && fate.rival == end))
         fate = {NodeFate::Kind::kNotOnBranch, -1, choice};
     }
   }

@@ -16,7 +16,9 @@ struct Significance {
   double min_area = 0;         ///< and is the highest of a node of at least this area, in coordinate units squared
 };
 
-/// The largest nodes that hold exactly one significant maximum, ascending; a root that holds one only gives nothing.
+/// The largest nodes that hold exactly one significant maximum, ascending; a root that holds one only gives nothing. In
+/// a tree of shapes a node holds those whose way up leads through it, which ends at the latest at its own line of
+/// another side: a pit with one bottom is one, and a bump in it another.
 /// `fates` (#N), where given, tells why not of every other node. O(N).
 std::vector<std::int32_t> select_persistence(const ComponentTree& tree, const Maxima& maxima,
                                              const Significance& significance, NodeFates* fates = nullptr);

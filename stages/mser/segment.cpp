@@ -27,11 +27,6 @@ bool selects_by_maxima(const SegmentParameters& parameters) {
 }
 
 void check_for_shapes(const SegmentParameters& parameters) {
-  if (selects_by_maxima(parameters))
-    throw StageError(
-        "mser.select: persistence and stable_branch part a surface between its maxima, but a tree of shapes "
-        "holds maxima and minima within each other; select mser, length, level or meaningful, or take "
-        "another tree.polarity");
   if (parameters.delta_value > 0)
     throw StageError(
         "mser.delta_value: a tree of shapes counts level lines, whatever their step; give mser.delta, a "

@@ -227,10 +227,11 @@ struct MserStage {
                 "Of two nested regions whose areas differ by less than this share the less stable is left out.");
     s.parameter("nested", &P::nested, "What remains of regions within regions.");
     s.parameter("keep_largest", &P::keep_largest, at_least(1), "regions", "So many of the largest regions remain.");
-    s.parameter("grow", &P::grow,
-                "Afterwards: all that is left is flooded from the labels, so that they meet on the crests (watershed), "
-                "and small patches join a neighbour (watershed, absorb); level: triangles that the region's level line cuts "
-                "join it where their mean reaches the level, and small patches a neighbour.");
+    s.parameter(
+        "grow", &P::grow,
+        "Afterwards: all that is left is flooded from the labels, so that they meet on the crests (watershed), "
+        "and small patches join a neighbour (watershed, absorb); level: triangles that the region's level line cuts "
+        "join it where their mean reaches the level, and small patches a neighbour.");
     s.parameter("absorb", &P::absorb, at_least(0), "",
                 "Patches smaller than this join the neighbour with the longest common border, unless grow is none.");
     s.parameter(

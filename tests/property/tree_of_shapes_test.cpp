@@ -20,6 +20,7 @@
 #include "stages/common/tree_nodes.hpp"
 #include "stages/mser/label_triangles.hpp"
 #include "stages/mser/level_lines.hpp"
+#include "stages/mser/persistence.hpp"
 #include "stages/mser/segment.hpp"
 #include "stages/mser/stability.hpp"
 #include "stages/tree/component_tree.hpp"
@@ -188,6 +189,107 @@ TEST(TreeOfShapes, SelectionAndBordersAreThoseOfBruteForce) {
   EXPECT_GT(dark, 100);
   EXPECT_GT(selected - dark, 100);
   EXPECT_GT(on_levels, 300);
+}
+
+/// Maxima of bright nodes and minima of dark ones, and what is selected by them, word by word.
+struct LiteralMaxima {
+  const ComponentTree& tree;
+  std::vector<std::int32_t> smallest;  ///< triangle of each node
+
+  std::size_t size() const { return tree.num_nodes(); }
+  std::int32_t parent(std::int32_t n) const { return tree.parent_of_node[static_cast<std::size_t>(n)]; }
+  /// The node around a node that is of its side and no root; else -1.
+  std::int32_t above(std::int32_t n) const {
+    const std::int32_t p = parent(n);
+    return p < 0 || parent(p) < 0 || tree.side(p) != tree.side(n) ? -1 : p;
+  }
+  std::vector<std::int32_t> leaves_in(std::int32_t node) const {
+    std::set<std::int32_t> leaves;
+    for (std::int32_t n = 0; n < static_cast<std::int32_t>(size()); ++n) {
+      bool is_leaf = true;
+      for (std::int32_t m = 0; m < static_cast<std::int32_t>(size()); ++m) is_leaf = is_leaf && above(m) != n;
+      std::int32_t at = n;
+      while (at >= 0 && at != node) at = above(at);
+      if (is_leaf && at == node) leaves.insert(n);
+    }
+    return {leaves.begin(), leaves.end()};
+  }
+  std::int32_t highest_in(std::int32_t node) const {
+    const std::vector<std::int32_t> leaves = leaves_in(node);
+    return *std::min_element(leaves.begin(), leaves.end(), [&](std::int32_t a, std::int32_t b) {
+      const auto rank = [&](std::int32_t n) {
+        return std::pair(-tree.hi_of_node[static_cast<std::size_t>(n)], smallest[static_cast<std::size_t>(n)]);
+      };
+      return rank(a) < rank(b);
+    });
+  }
+  std::int32_t top_of(std::int32_t leaf) const {
+    std::int32_t top = leaf;
+    while (above(top) >= 0 && highest_in(above(top)) == leaf) top = above(top);
+    return top;
+  }
+};
+
+TEST(TreeOfShapes, PersistentNodesAreThoseOfBruteForce) {
+  int found = 0, dark = 0, within_others = 0;
+  for (std::uint32_t seed = 6001; seed <= 12000; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Scene scene = make_scene(seed);
+    if (!oracle::has_no_handle(scene.words())) continue;
+    const ComponentTree tree = scene.shapes();
+    const Maxima maxima = find_maxima(tree);
+    const LiteralMaxima literal{tree, smallest_triangle_of_nodes(tree)};
+    const Significance significance{static_cast<double>(seed % 4), 0.5 * (seed / 4 % 4)};
+    const auto n = static_cast<std::int32_t>(tree.num_nodes());
+    std::vector<std::size_t> significant(tree.num_nodes(), 0);
+    const std::vector<double> heights = heights_of_levels(tree.levels);
+    const auto height = [&](std::int32_t node) { return heights[static_cast<std::size_t>(tree.own_level(node))]; };
+    for (std::int32_t node = 0; node < n; ++node) {
+      ASSERT_EQ(maxima.highest_of_node[static_cast<std::size_t>(node)], literal.highest_in(node));
+      for (const std::int32_t leaf : literal.leaves_in(node)) {
+        const std::int32_t top = literal.top_of(leaf);
+        const double persistence = literal.parent(top) < 0 ? heights.back() - heights[1]
+                                                           : std::abs(height(leaf) - height(literal.parent(top)));
+        ASSERT_EQ(maxima.top_of_leaf[static_cast<std::size_t>(leaf)], top);
+        ASSERT_EQ(maxima.persistence_of_leaf[static_cast<std::size_t>(leaf)], persistence);
+        significant[static_cast<std::size_t>(node)] +=
+            persistence > significance.min_persistence && area_of_node(tree, top) >= significance.min_area;
+      }
+    }
+    const std::vector<std::int64_t> changes = change_of_nodes(tree, 1 + static_cast<int>(seed % 3));
+    std::vector<std::int32_t> persistent, stable;
+    for (std::int32_t node = 0; node < n; ++node) {
+      const std::int32_t above = literal.above(node);
+      if (literal.parent(node) < 0 || significant[static_cast<std::size_t>(node)] != 1 ||
+          (above >= 0 && significant[static_cast<std::size_t>(above)] == 1))
+        continue;
+      persistent.push_back(node);
+      std::int32_t best = -1;
+      for (std::int32_t at = literal.highest_in(node); at >= 0; at = at == node ? -1 : literal.above(at)) {
+        if (at != node && area_of_node(tree, at) < significance.min_area) continue;
+        const auto a = static_cast<std::size_t>(at), b = static_cast<std::size_t>(std::max(best, 0));
+        if (best < 0 || compare_stability(changes[a], tree.area_of_node[a], changes[b], tree.area_of_node[b]) <= 0)
+          best = at;
+      }
+      stable.push_back(best);
+      dark += tree.side(node) == Polarity::kLower;
+      within_others += literal.parent(literal.parent(node)) >= 0 && above < 0;
+    }
+    std::sort(stable.begin(), stable.end());
+    NodeFates fates(tree.num_nodes());
+    ASSERT_EQ(select_persistence(tree, maxima, significance, &fates), persistent);
+    for (std::int32_t node = 0; node < n; ++node)
+      ASSERT_EQ(fates[static_cast<std::size_t>(node)].kind == NodeFate::Kind::kRegion,
+                std::binary_search(persistent.begin(), persistent.end(), node));
+    ASSERT_EQ(select_stable_branch(tree, maxima, changes, significance, &fates), stable);
+    for (std::int32_t node = 0; node < n; ++node)
+      ASSERT_EQ(fates[static_cast<std::size_t>(node)].kind == NodeFate::Kind::kRegion,
+                std::binary_search(stable.begin(), stable.end(), node));
+    found += static_cast<int>(persistent.size());
+  }
+  EXPECT_GT(found, 500);
+  EXPECT_GT(dark, 100);
+  EXPECT_GT(within_others, 40);
 }
 
 /// Where a curve may leave its line for the vertex itself: the region has several wedges of triangles there, or an edge

@@ -189,6 +189,19 @@ TEST_F(Shapes, CommandsReadTheTree) {
   EXPECT_TRUE(std::filesystem::exists(file("flat.ply")));
 }
 
+TEST_F(Shapes, SelectionsByMaximaFindTheSameThree) {
+  for (const char* select : {"persistence", "stable_branch"}) {
+    const Finished finished = program({"run", "shapes.yaml", "--set", std::string("mser.select=") + select});
+    ASSERT_EQ(finished.exit_code, 0) << finished.err;
+    auto regions = rows_of(file("out/regions.csv"));
+    ASSERT_EQ(regions.size(), 3u) << select;
+    EXPECT_EQ(regions[0]["polarity"], "lower");
+    EXPECT_EQ(regions[1]["polarity"], "upper");
+    EXPECT_EQ(regions[2]["polarity"], "upper");
+    EXPECT_EQ(regions[2]["parent"], "1");
+  }
+}
+
 TEST_F(Shapes, WhatCannotBeIsToldInOneSentence) {
   // From within the dent, what lies around it is a region.
   const Finished rooted = program({"run", "shapes.yaml", "--set", "tree.root=[22.1, 15, 0]"});
@@ -197,10 +210,10 @@ TEST_F(Shapes, WhatCannotBeIsToldInOneSentence) {
   ASSERT_FALSE(regions.empty());
   EXPECT_GT(std::stod(regions[0].at("area")), 800);
 
-  const Finished selected = program({"run", "shapes.yaml", "--set", "mser.select=persistence"});
-  EXPECT_NE(selected.exit_code, 0);
-  EXPECT_NE(selected.err.find("mser.select: persistence and stable_branch part a surface"), std::string::npos)
-      << selected.err;
+  const Finished by_value = program({"run", "shapes.yaml", "--set", "mser.delta_value=0.1"});
+  EXPECT_NE(by_value.exit_code, 0);
+  EXPECT_NE(by_value.err.find("mser.delta_value: a tree of shapes counts level lines"), std::string::npos)
+      << by_value.err;
   const Finished root = program({"run", "shapes.yaml", "--set", "tree.polarity=both", "--set", "tree.root=[0, 0, 0]"});
   EXPECT_NE(root.exit_code, 0);
   EXPECT_NE(root.err.find("only polarity: shapes has a root to choose"), std::string::npos) << root.err;
