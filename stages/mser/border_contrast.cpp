@@ -191,7 +191,7 @@ class BandWalk {
     const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
     return x * x + y * y + z * z;
   }
-  /// The other sides of a side's triangle, ascending.
+  /// The other sides of a side's triangle, ascending: of sides 0, 1, 2 they stand in two bits each, from the right.
   static std::array<std::uint32_t, 2> others(std::uint32_t side) {
     const std::uint32_t first = side & ~3U, k = side & 3U;
     return {first + (0b000001U >> (2 * k) & 3U), first + (0b011010U >> (2 * k) & 3U)};
