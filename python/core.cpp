@@ -77,7 +77,7 @@ std::unique_ptr<Surface> make_surface(Array<double> positions, Array<std::int32_
 Polarity polarity_of(const std::string& name) {
   if (name == "upper") return Polarity::kUpper;
   if (name == "lower") return Polarity::kLower;
-  throw py::value_error("polarity: expected upper or lower, got " + name);
+  throw py::value_error("polarity: expected upper or lower, got " + name + "; for shapes call build_tree_of_shapes");
 }
 
 using Levels = std::variant<std::int32_t, Array<double>>;

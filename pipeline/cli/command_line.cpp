@@ -110,7 +110,8 @@ int run(const ParsedCommand& command) {
   Execution execution;
   execution.threads = threads_of(arguments);
   execution.cancelled = &watch_for_interruption();
-  PipelineHost host(execution);
+  const std::vector<std::string>* cache = arguments.find("--cache");
+  PipelineHost host(execution, cache == nullptr ? "" : cache->front());
   return flush_results(command.definition.run(arguments, host));
 }
 

@@ -3,9 +3,9 @@
 namespace meshmser {
 
 std::vector<CommandDefinition> program_commands() {
-  std::vector<CommandDefinition> commands = {run_command(),    validate_command(), explain_command(),
-                                             show_command(),   stages_command(),
-                                             schema_command(), cache_command(),    completion_command()};
+  std::vector<CommandDefinition> commands = {run_command(),   validate_command(),  explain_command(),
+                                             show_command(),  stages_command(),    schema_command(),
+                                             cache_command(), completion_command()};
   for (const CommandDefinition* command : all_commands()) commands.push_back(*command);
   for (CommandDefinition& command : commands)
     if (command.name != "validate" && command.name != "stages" && command.name != "schema" &&

@@ -10,7 +10,9 @@ namespace meshmser {
 std::optional<Artifact> PipelineHost::artifact(const std::string& config_path, const std::vector<std::string>& set,
                                                std::size_t type) {
   const Configuration configuration = load_configuration(config_path, set);
-  auto made = make_artifact(configuration, type, RunOptions{}, execution_, observer_);
+  RunOptions options;
+  options.cache = cache_;
+  auto made = make_artifact(configuration, type, options, execution_, observer_);
   if (!made) return std::nullopt;
   return std::move(made->second);
 }

@@ -11,7 +11,9 @@ namespace meshmser {
 
 class PipelineHost : public CommandHost {
  public:
-  explicit PipelineHost(Execution execution) : execution_(std::move(execution)), observer_(true) {}
+  /// `cache`: folder of the cache for artifacts; empty: the configuration's own.
+  PipelineHost(Execution execution, std::string cache)
+      : execution_(std::move(execution)), cache_(std::move(cache)), observer_(true) {}
 
   std::optional<Artifact> artifact(const std::string& config_path, const std::vector<std::string>& set,
                                    std::size_t type) override;
@@ -23,6 +25,7 @@ class PipelineHost : public CommandHost {
 
  private:
   Execution execution_;
+  std::string cache_;
   ConsoleObserver observer_;
 };
 

@@ -49,23 +49,24 @@ int run_configuration(const CommandArguments& arguments, CommandHost& host) {
 }  // namespace
 
 CommandDefinition run_command() {
-  return {.name = "run",
-          .purpose = "Runs a configuration; what the cache holds is not made again. Prints the files it wrote.",
-          .options = {config_option(),
-                      set_option(),
-                      {"--out", "folder of the results (without: CONFIG's name with -out)"},
-                      cache_option(),
-                      {"--until", "the last stage to run"},
-                      {"--from", "this stage and those after it run again, cached or not"},
-                      {"--only", "runs this stage alone, its inputs taken from the cache"},
-                      {.name = "--force",
-                       .description = "a stage to run again, cached or not; without a value: all",
-                       .repeated = true,
-                       .optional_value = true},
-                      {.name = "--dry-run,-n", .description = "tells what would run, runs nothing", .flag = true},
-                      {.name = "--quiet,-q", .description = "no progress: warnings, and the files it wrote", .flag = true}},
-          .run = run_configuration,
-          .example = "meshmser run configs/demo.yaml --set mser.min_area='2 mm2' --out /tmp/demo"};
+  return {
+      .name = "run",
+      .purpose = "Runs a configuration; what the cache holds is not made again. Prints the files it wrote.",
+      .options = {config_option(),
+                  set_option(),
+                  {"--out", "folder of the results (without: CONFIG's name with -out)"},
+                  cache_option(),
+                  {"--until", "the last stage to run"},
+                  {"--from", "this stage and those after it run again, cached or not"},
+                  {"--only", "runs this stage alone, its inputs taken from the cache"},
+                  {.name = "--force",
+                   .description = "a stage to run again, cached or not; without a value: all",
+                   .repeated = true,
+                   .optional_value = true},
+                  {.name = "--dry-run,-n", .description = "tells what would run, runs nothing", .flag = true},
+                  {.name = "--quiet,-q", .description = "no progress: warnings, and the files it wrote", .flag = true}},
+      .run = run_configuration,
+      .example = "meshmser run configs/demo.yaml --set mser.min_area='2 mm2' --out /tmp/demo"};
 }
 
 }  // namespace meshmser

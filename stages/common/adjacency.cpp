@@ -50,7 +50,7 @@ void check_corners(Triangles triangles, std::size_t num_vertices, const Executio
   throw StageError("the edge from vertex " + std::to_string(from) + " to " + std::to_string(to) +
                    " runs in the same direction in triangles " + std::to_string(std::min(first, second)) + " and " +
                    std::to_string(std::max(first, second)) +
-                   ": the mesh is not an oriented manifold; repair it first (mesh: repair)");
+                   ": the mesh is not an oriented manifold; repair it first (load.repair: split or drop)");
 }
 
 /// Half-edges that wait for their twin hang in a list at their smaller vertex, linked through the result itself: a

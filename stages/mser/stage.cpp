@@ -205,8 +205,9 @@ struct MserStage {
     s.parameter("against", &P::against,
                 "Whether a region must change less than all its children in the tree, or than the largest only.");
     s.parameter("min_length", &P::min_length, more_than(0), "", "Of a level line, for select: length.");
-    s.parameter("level", &P::level, Range{}, "scalar",
-                "For select: level; the nearest level of the tree below it counts.");
+    s.parameter(
+        "level", &P::level, Range{}, "scalar",
+        "For select: level; the nearest level of the tree below it counts, of a lower tree the nearest above it.");
     s.parameter("max_false_alarms", &P::max_false_alarms, more_than(0), "lines",
                 "For select: meaningful; so many lines as long and steep as one selected may be expected by chance.");
     s.parameter("independent", &P::independent, more_than(0), "",

@@ -156,7 +156,10 @@ struct TreeStage {
     s.parameter("level_rule", &P::level_rule,
                 "Equal steps over the range (linear), steps of level_step, the list level_list, equal shares of area, "
                 "every distinct value, or steps that grow with the scalar from its noise (noise).");
-    s.parameter("range", &P::range, range(0, 1), "", "Quantiles of the scalar between which levels are laid.");
+    s.parameter(
+        "range", &P::range, range(0, 1), "",
+        "Quantiles of the scalar between which levels are laid; for the lower tree, of the scalar with its sign "
+        "turned.");
     s.parameter("strength_range", &P::strength_range, range(0, 10), "",
                 "Shares of the strength of lines between which levels are laid, in place of quantiles: the value at "
                 "which half of the sum of S^2 over S > 0 lies above, whatever share of the surface the lines take.");

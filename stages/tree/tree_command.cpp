@@ -193,7 +193,8 @@ CommandDefinition with_tree_options(CommandDefinition command) {
       {.name = "--polarity", .description = "which tree; without: the first", .choices = {"upper", "lower", "shapes"}},
       {"--min-area", "razes every component smaller than this, in coordinate units squared, first"},
       {"--min-persistence", "removes every maximum that lasts less than this, in units of the scalar, first"},
-      {"--set", "STAGE.KEY=VALUE: changes the configuration", false, true}};
+      {"--set", "STAGE.KEY=VALUE: changes the configuration", false, true},
+      {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"}};
   command.options.insert(command.options.end(), more.begin(), more.end());
   return command;
 }
@@ -205,14 +206,17 @@ MESHMSER_COMMAND(tree, with_tree_options({"tree",
                                           {kConfig, {"OUT", "the file, .json", true}},
                                           run_tree,
                                           "meshmser tree configs/mesh.yaml tree.json --min-area 0.5"}));
-MESHMSER_COMMAND(cut,
-                 with_tree_options({"cut",
-                                    "Writes the mesh with the components of one level set, numbered by area.",
-                                    {kConfig,
-                                     {"OUT", "the file, .ply, with `component` of each face", true},
-                                     {"--at", "value of the scalar; the level at or next below it is taken", true}},
-                                    run_cut,
-                                    "meshmser cut configs/mesh.yaml components.ply --at 0.5"}));
+MESHMSER_COMMAND(
+    cut,
+    with_tree_options(
+        {"cut",
+         "Writes the mesh with the components of one level set, numbered by area.",
+         {kConfig,
+          {"OUT", "the file, .ply, with `component` of each face", true},
+          {"--at", "value of the scalar; the level at or next below it is taken, of a lower tree at or next above it",
+           true}},
+         run_cut,
+         "meshmser cut configs/mesh.yaml components.ply --at 0.5"}));
 MESHMSER_COMMAND(reconstruct,
                  with_tree_options({"reconstruct",
                                     "Writes the mesh with the scalar as the tree has it, simplified where asked for.",

@@ -279,6 +279,9 @@ TEST_F(Program, WhyTellsTheFateOfEveryNodeAroundAPlace) {
   EXPECT_TRUE(by_vertex.out.starts_with("triangle 0, the first at vertex " + corner)) << by_vertex.out;
   EXPECT_EQ(root_of(by_vertex.out), root_of(told.out));
   EXPECT_EQ(run({"why", config}).exit_code, 2);
+  const std::string elsewhere = (folder_ / "elsewhere").string();
+  EXPECT_EQ(run({"why", config, "--triangle", "0", "--cache", elsewhere}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::is_directory(elsewhere)) << "the cache that was asked for";
   const Finished wrong = run({"why", config, "--point", "1,2"});
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_NE(wrong.err.find("three numbers x,y,z"), std::string::npos) << wrong.err;
