@@ -6,16 +6,6 @@ CommandOption config_option() {
   return {"CONFIG", "a configuration (.yaml)", true};
 }
 
-CommandOption set_option() {
-  return {"--set",
-          "STAGE.KEY=VALUE: gives a parameter another value than the file does; paths begin at the file's folder",
-          false, true};
-}
-
-CommandOption cache_option() {
-  return {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"};
-}
-
 std::vector<std::string> values_of(const CommandArguments& arguments, const std::string& option) {
   const auto* values = arguments.find(option);
   return values == nullptr ? std::vector<std::string>{} : *values;

@@ -10,8 +10,6 @@
 namespace meshmser {
 
 CommandOption config_option();
-CommandOption set_option();
-CommandOption cache_option();
 
 /// The values of a repeatable option; none where it was not given.
 std::vector<std::string> values_of(const CommandArguments& arguments, const std::string& option);

@@ -13,6 +13,16 @@ std::vector<std::unique_ptr<CommandDefinition>>& registry() {
 
 }  // namespace
 
+CommandOption set_option() {
+  return {"--set",
+          "STAGE.KEY=VALUE: gives a parameter another value than the file does; paths begin at the file's folder",
+          false, true};
+}
+
+CommandOption cache_option() {
+  return {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"};
+}
+
 bool register_command(CommandDefinition definition) {
   for (const auto& known : registry())
     if (known->name == definition.name) throw std::logic_error("two commands are called '" + definition.name + "'");

@@ -51,6 +51,10 @@ struct CommandOption {
   std::vector<std::string> choices = {};  ///< where not empty: the only values
 };
 
+/// --set and --cache, alike for all commands that read a configuration's results.
+CommandOption set_option();
+CommandOption cache_option();
+
 /// The values given for each option, by name.
 struct CommandArguments {
   std::vector<std::pair<std::string, std::vector<std::string>>> values;

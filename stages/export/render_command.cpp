@@ -166,24 +166,23 @@ int run_render(const CommandArguments& arguments, CommandHost& host) {
 }
 
 CommandDefinition definition() {
-  return {
-      "render",
-      "Draws a mesh file, or the mesh, labels and borders that a configuration makes, as PNG.",
-      {{"MESH", "a mesh file, or a configuration (.yaml)", true},
-       {"OUT.png", "the picture to write", true},
-       {"--view",
-        fmt::format("{} (best without: what shows the shape); may be repeated", fmt::join(view_names(), ", ")), false,
-        true},
-       {"--show", "labels, regions, scalar, shape, or a scalar or vertex property by name"},
-       {"--size", "WIDTHxHEIGHT of each view in pixels (900x700)"},
-       {"--light", "degrees from which the raking light comes, counter-clockwise from the right (135)"},
-       {"--light-elevation", "degrees of the raking light above the picture's plane (28)"},
-       {"--unit", "unit at the scale bar (of a configuration: its own)"},
-       {"--title", "line above the views (the file's name)"},
-       {"--set", "STAGE.KEY=VALUE: changes the configuration", false, true},
-       {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"}},
-      run_render,
-      "meshmser render configs/demo.yaml --view best demo.png"};
+  return {"render",
+          "Draws a mesh file, or the mesh, labels and borders that a configuration makes, as PNG.",
+          {{"MESH", "a mesh file, or a configuration (.yaml)", true},
+           {"OUT.png", "the picture to write", true},
+           {"--view",
+            fmt::format("{} (best without: what shows the shape); may be repeated", fmt::join(view_names(), ", ")),
+            false, true},
+           {"--show", "labels, regions, scalar, shape, or a scalar or vertex property by name"},
+           {"--size", "WIDTHxHEIGHT of each view in pixels (900x700)"},
+           {"--light", "degrees from which the raking light comes, counter-clockwise from the right (135)"},
+           {"--light-elevation", "degrees of the raking light above the picture's plane (28)"},
+           {"--unit", "unit at the scale bar (of a configuration: its own)"},
+           {"--title", "line above the views (the file's name)"},
+           set_option(),
+           cache_option()},
+          run_render,
+          "meshmser render configs/demo.yaml --view best demo.png"};
 }
 
 MESHMSER_COMMAND(render, definition());

@@ -17,8 +17,8 @@ struct Significance {
 };
 
 /// The largest nodes that hold exactly one significant maximum, ascending; a root that holds one only gives nothing. In
-/// a tree of shapes a node holds those whose way up leads through it, which ends at the latest at its own line of
-/// another side: a pit with one bottom is one, and a bump in it another.
+/// a tree of shapes the maximum of a bright node and the minimum of a dark one count, in the nodes on its way up only
+/// (see way_up_ends): a pit with one bottom is one, and a bump in it another.
 /// `fates` (#N), where given, tells why not of every other node. O(N).
 std::vector<std::int32_t> select_persistence(const ComponentTree& tree, const Maxima& maxima,
                                              const Significance& significance, NodeFates* fates = nullptr);

@@ -241,17 +241,16 @@ int run_why(const CommandArguments& arguments, CommandHost& host) {
 }
 
 CommandDefinition definition() {
-  return {
-      "why",
-      "Tells for a place on the mesh which nodes of the trees hold it, and why each is a region or is none.",
-      {{"CONFIG", "a configuration (.yaml) with the stages tree and mser", true},
-       {"--point", "x,y,z in the coordinates of the scan: the nearest triangle"},
-       {"--vertex", "number of a vertex of the mesh, from 0: its first triangle"},
-       {"--triangle", "number of a triangle of the mesh, from 0"},
-       {"--set", "STAGE.KEY=VALUE: changes the configuration", false, true},
-       {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"}},
-      run_why,
-      "meshmser why configs/demo.yaml --point 10,5,0"};
+  return {"why",
+          "Tells for a place on the mesh which nodes of the trees hold it, and why each is a region or is none.",
+          {{"CONFIG", "a configuration (.yaml) with the stages tree and mser", true},
+           {"--point", "x,y,z in the coordinates of the scan: the nearest triangle"},
+           {"--vertex", "number of a vertex of the mesh, from 0: its first triangle"},
+           {"--triangle", "number of a triangle of the mesh, from 0"},
+           set_option(),
+           cache_option()},
+          run_why,
+          "meshmser why configs/demo.yaml --point 10,5,0"};
 }
 
 MESHMSER_COMMAND(why, definition());

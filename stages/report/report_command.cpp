@@ -70,18 +70,21 @@ int run_report(const CommandArguments& arguments, CommandHost& host) {
 }
 
 CommandDefinition definition() {
-  return {.name = "report",
-          .purpose = "Runs a configuration, with the stage 'report' at its end where it has none, or puts two runs on "
-                     "one page beside each other. Prints the page.",
-          .options = {{"CONFIG", "a configuration (.yaml); of two runs also a run's folder or its report.html", true},
-                      {"OTHER", "the second of two runs: a configuration, a run's folder or its report.html"},
-                      {"--set", "STAGE.KEY=VALUE: changes the configurations", false, true},
-                      {"--out", "folder of the results (without: CONFIG's name with -out); of two runs that of "
-                                "comparison.html (without: the current one)"},
-                      {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"},
-                      {.name = "--quiet,-q", .description = "no progress: warnings, and the page it wrote", .flag = true}},
-          .run = run_report,
-          .example = "meshmser report configs/demo.yaml --out /tmp/demo"};
+  return {
+      .name = "report",
+      .purpose =
+          "Runs a configuration, with the stage 'report' at its end where it has none, or puts two runs on "
+          "one page beside each other. Prints the page.",
+      .options = {{"CONFIG", "a configuration (.yaml); of two runs also a run's folder or its report.html", true},
+                  {"OTHER", "the second of two runs: a configuration, a run's folder or its report.html"},
+                  set_option(),
+                  {"--out",
+                   "folder of the results (without: CONFIG's name with -out); of two runs that of "
+                   "comparison.html (without: the current one)"},
+                  cache_option(),
+                  {.name = "--quiet,-q", .description = "no progress: warnings, and the page it wrote", .flag = true}},
+      .run = run_report,
+      .example = "meshmser report configs/demo.yaml --out /tmp/demo"};
 }
 
 MESHMSER_COMMAND(report, definition());

@@ -193,8 +193,8 @@ CommandDefinition with_tree_options(CommandDefinition command) {
       {.name = "--polarity", .description = "which tree; without: the first", .choices = {"upper", "lower", "shapes"}},
       {"--min-area", "razes every component smaller than this, in coordinate units squared, first"},
       {"--min-persistence", "removes every maximum that lasts less than this, in units of the scalar, first"},
-      {"--set", "STAGE.KEY=VALUE: changes the configuration", false, true},
-      {"--cache", "folder of the cache (without: $MESHMSER_CACHE, else .meshmser-cache beside the configuration)"}};
+      set_option(),
+      cache_option()};
   command.options.insert(command.options.end(), more.begin(), more.end());
   return command;
 }
