@@ -13,7 +13,8 @@ namespace meshmser {
 
 /// The mean step of S across the level part of the border of each selected node of a tree (by its place in `selected`,
 /// ascending): the area-weighted mean over the triangles inside, minus that outside, of those whose centroid is within
-/// `band` of the level edge from which they are first reached (of the middle between the centroids on its two sides).
+/// `band` of the level edge from which they are first reached (of the middle between the centroids on its two sides),
+/// neighbour by neighbour, breadth first, through others of which this holds.
 /// Positive for the upper tree, negative for the lower, as a rule; 0 without a level border. `triangle_values`: #F.
 /// Linear in the mesh and in the sum of the bands.
 std::vector<double> border_contrasts(const SurfaceView& surface, const ComponentTree& tree,

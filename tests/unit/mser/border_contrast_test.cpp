@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <deque>
 #include <random>
 #include <set>
@@ -42,16 +43,19 @@ double literal_contrast(const HeightField& field, const ComponentTree& tree, std
     reach(twin / 3, middle);
   }
   double sum[2] = {0, 0}, weight[2] = {0, 0};
+  std::size_t at_border = front.size();
   while (!front.empty()) {
     const auto [t, from] = front.front();
     front.pop_front();
+    if (at_border > 0)
+      --at_border;
+    else if ((centroid(t) - from).norm() > band)
+      continue;
     sum[is_inside(t)] += areas[static_cast<std::size_t>(t)] * triangle_values[static_cast<std::size_t>(t)];
     weight[is_inside(t)] += areas[static_cast<std::size_t>(t)];
     for (std::int32_t h = 3 * t; h < 3 * t + 3; ++h) {
       const std::int32_t twin = field.twins[static_cast<std::size_t>(h)];
-      if (twin < 0) continue;
-      const std::int32_t next = twin / 3;
-      if ((centroid(next) - from).norm() <= band) reach(next, from);
+      if (twin >= 0) reach(twin / 3, from);
     }
   }
   return weight[0] > 0 && weight[1] > 0 ? sum[1] / weight[1] - sum[0] / weight[0] : 0;
@@ -83,6 +87,44 @@ TEST(BorderContrast, IsTheLiteralOneNearAndFarFromTheOrigin) {
         EXPECT_NEAR(contrasts[i], literal_contrast(field, tree, selected[i], triangle_values, areas, 2.3), 1e-5);
     }
   }
+}
+
+TEST(BorderContrast, DoesNotTakeARegionForThatOf255RegionsBefore) {
+  // A peak near the border of a plateau whose other peaks are far from both: what the walk from the first peak has met
+  // nobody meets again until that from the plateau's border.
+  HeightField field = make_height_field(80, 50);
+  const std::vector<double> values = field.values([](const Eigen::Vector3d& p) {
+    if (p.x() < 4) return 0.1;
+    const auto x = static_cast<int>(p.x()), y = static_cast<int>(p.y());
+    return (x / 2 == 3 && y / 2 == 10) || (x >= 16 && x % 3 < 2 && y % 3 < 2) ? 2.1 : 1.1;
+  });
+  const ComponentTree tree = make_trees(field, values, {1.0, 1.2}, true).trees.front();
+  const std::vector<double> areas = triangle_areas(field.positions, field.triangles),
+                            triangle_values = triangle_means(field.view(), values);
+  std::vector<std::int32_t> peaks;
+  std::int32_t near = -1;
+  for (std::int32_t node = 0; node < static_cast<std::int32_t>(tree.num_nodes()); ++node) {
+    if (tree.first_node_of_subtree[static_cast<std::size_t>(node)] != node) continue;
+    const auto at = std::find(tree.node_of_triangle.begin(), tree.node_of_triangle.end(), node);
+    if (field.centroid(static_cast<std::size_t>(at - tree.node_of_triangle.begin())).x() < 10)
+      near = node;
+    else
+      peaks.push_back(node);
+  }
+  ASSERT_GE(near, 0);
+  const std::int32_t plateau = tree.parent_of_node[static_cast<std::size_t>(near)];
+  std::vector<std::int32_t> selected{near};
+  for (const std::int32_t node : peaks)
+    if (node > near && selected.size() < 255) selected.push_back(node);
+  selected.push_back(plateau);
+  ASSERT_EQ(selected.size(), 256U);
+  ASSERT_TRUE(std::is_sorted(selected.begin(), selected.end()));
+  Execution one_after_another;
+  one_after_another.threads = 1;
+  const std::vector<double> contrasts =
+      border_contrasts(field.view(), tree, selected, triangle_values, areas, 2.3, one_after_another);
+  for (const std::size_t i : {std::size_t{0}, std::size_t{255}})
+    EXPECT_NEAR(contrasts[i], literal_contrast(field, tree, selected[i], triangle_values, areas, 2.3), 1e-6);
 }
 
 TEST(BorderContrast, DoesNotMindTrianglesWithoutAValueThatAreCutOut) {
