@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -92,20 +93,24 @@ auto lesser_end(const SurfaceView& surface, const Values& values, std::size_t ha
                   values[static_cast<std::size_t>(corners[(half_edge + 1) % 3])]);
 }
 
-/// Steps equal in log(1 + x / unit) from 0 to the greatest x.
-class LogSteps {
+/// Steps from 0 to the greatest x, as many to each doubling of 1 + x / unit, and of equal width within it.
+class DoublingSteps {
  public:
-  LogSteps(double unit, double greatest) : unit_(unit > 0 ? unit : 1) {
-    const double range = std::log1p(greatest / unit_);
+  DoublingSteps(double unit, double greatest) : per_unit_(1 / (unit > 0 ? unit : 1)) {
+    const double range = doublings(greatest);
     scale_ = range > 0 ? (kSteps - 1) / range : 0;
   }
   std::int32_t operator()(double x) const {
-    const double step = scale_ * std::log1p(x / unit_);
-    return step < kSteps - 1 ? static_cast<std::int32_t>(step) : kSteps - 1;
+    return static_cast<std::int32_t>(std::min<double>(scale_ * doublings(x), kSteps - 1));
   }
 
  private:
-  double unit_, scale_;
+  /// As a double has its exponent above its fraction, its bits count doublings, in units of 2^-52.
+  double doublings(double x) const {
+    return static_cast<double>(std::bit_cast<std::int64_t>(1 + x * per_unit_) - std::bit_cast<std::int64_t>(1.0));
+  }
+
+  double per_unit_, scale_;
 };
 
 /// The median of at most 65,536 of the values, taken at equal distances.
@@ -140,14 +145,17 @@ std::vector<double> triangle_means(const SurfaceView& surface, std::span<const d
 
 std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::span<const std::int32_t> labels,
                                                std::span<const double> areas, double min_area,
-                                               const Execution& execution) {
+                                               const Execution& execution, bool whole_labels) {
   // Background is a patch as well, so that a small hole in a region closes.
-  std::vector<std::int32_t> numbers(labels.begin(), labels.end());
-  for (std::int32_t& number : numbers) ++number;
-  const Patches patches = split_patches(surface.twins, numbers, areas, execution);
+  const Patches patches =
+      split_patches(surface.twins, labels, areas, execution, {.background = true, .whole_numbers = whole_labels});
   const std::size_t num_patches = patches.num_patches();
   const std::vector<std::int32_t>& patch_of = patches.patch_of_triangle;
-  const auto is_small = [&](std::size_t patch) { return patches.area_of_patch[patch] < min_area; };
+  // They are numbered by decreasing area.
+  const auto first_small =
+      static_cast<std::int32_t>(std::partition_point(patches.area_of_patch.begin() + 1, patches.area_of_patch.end(),
+                                                     [&](double area) { return area >= min_area; }) -
+                                patches.area_of_patch.begin());
 
   // Of the patches that join others: every edge at the border, by the patch behind it.
   const HalfEdgesByOwner edges = gather_by_owner(
@@ -155,7 +163,7 @@ std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::
       [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
         for (std::size_t t = begin; t < end; ++t) {
           const std::int32_t here = patch_of[t];
-          if (!is_small(static_cast<std::size_t>(here))) continue;
+          if (here < first_small) continue;
           for (std::size_t h = 3 * t; h < 3 * t + 3; ++h)
             if (surface.twins[h] >= 0 && patch_of[static_cast<std::size_t>(surface.twins[h] / 3)] != here)
               list.push_back({here, static_cast<std::int32_t>(h)});
@@ -176,9 +184,7 @@ std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::
                                 .norm();
       borders[p].push_back({patch_of[static_cast<std::size_t>(surface.twins[h] / 3)], length});
     }
-  std::vector<std::int32_t> smallest_triangle(num_patches + 1, 0);
-  for (std::size_t t = labels.size(); t-- > 0;)
-    smallest_triangle[static_cast<std::size_t>(patches.patch_of_triangle[t])] = static_cast<std::int32_t>(t);
+  std::vector<std::int32_t> smallest_triangle = patches.first_of_patch;
 
   // A patch joins one that is still to come or has grown large enough, so that every chain of joins ends.
   std::vector<std::int32_t> joined(num_patches + 1);
@@ -217,12 +223,12 @@ std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::
     joined[p] = best;
     area[b] += area[p];
     smallest_triangle[b] = std::min(smallest_triangle[b], smallest_triangle[p]);
-    if (is_small(b)) borders[b].insert(borders[b].end(), mine.begin(), mine.end());
+    if (best >= first_small) borders[b].insert(borders[b].end(), mine.begin(), mine.end());
     std::vector<CommonBorder>().swap(mine);
   }
   std::vector<std::int32_t> label_of_patch(num_patches + 1);
   for (std::size_t p = 0; p <= num_patches; ++p)
-    label_of_patch[p] = patches.number_of_patch[static_cast<std::size_t>(stands_for(static_cast<std::int32_t>(p)))] - 1;
+    label_of_patch[p] = patches.number_of_patch[static_cast<std::size_t>(stands_for(static_cast<std::int32_t>(p)))];
   std::vector<std::int32_t> absorbed(labels.size());
   for (std::size_t t = 0; t < labels.size(); ++t) absorbed[t] = label_of_patch[static_cast<std::size_t>(patch_of[t])];
   return absorbed;
@@ -232,7 +238,7 @@ std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::spa
                                             std::span<const double> strength, std::span<const std::uint8_t> excluded,
                                             const Execution& execution) {
   const double greatest = strength.empty() ? 0 : *std::max_element(strength.begin(), strength.end());
-  const LogSteps steps(typical(strength), greatest);
+  const DoublingSteps steps(typical(strength), greatest);
   // Steps ascend with the strength, so that the weaker end is the end of the lesser step.
   std::vector<std::int32_t> step_of_vertex(strength.size());
   parallel_chunks(
@@ -251,7 +257,7 @@ std::vector<std::int32_t> flood_facets(const SurfaceView& surface, std::span<con
   constexpr float kFollow = 0.03F;
   constexpr double kFinestTurn = 0.05, kGreatestTurn = 2;
   const double greatest = curvature.empty() ? 0 : *std::max_element(curvature.begin(), curvature.end());
-  const LogSteps steps(kFinestTurn, kGreatestTurn + width * greatest);
+  const DoublingSteps steps(kFinestTurn, kGreatestTurn + width * greatest);
   const auto normal_of = [&](std::size_t t) -> Eigen::Vector3f {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const std::int32_t v : surface.triangles[t]) sum += normals[static_cast<std::size_t>(v)];
@@ -287,7 +293,7 @@ std::vector<std::int32_t> flood_by_likeness(const SurfaceView& surface, std::spa
   std::vector<double> spread(values.size());
   for (std::size_t t = 0; t < values.size(); ++t) spread[t] = std::abs(values[t] - centre);
   const double greatest = spread.empty() ? 0 : *std::max_element(spread.begin(), spread.end());
-  const LogSteps steps(typical(spread), 2 * greatest);
+  const DoublingSteps steps(typical(spread), 2 * greatest);
   // Which label asks is known by the half-edge: labels of its triangle change only from 0.
   std::vector<std::int32_t> label_of(labels.begin(), labels.end());
   return flood(

@@ -13,18 +13,19 @@ namespace meshmser {
 
 /// Lets every patch of equal label (background included) whose area is below `min_area` join the neighbouring patch
 /// with which it has the longest common border; ties to that of the smaller triangle id. The smallest patch goes first;
-/// what it joins counts with its area from then on. A patch without neighbours stays. `areas`: #F. Sorting of the
-/// patches and of the border edges between them.
+/// what it joins counts with its area from then on. A patch without neighbours stays. `areas`: #F. `whole_labels`: each
+/// label but background is known to be one patch, as floods leave those of patches; one result either way, sooner.
+/// O(F), and sorting the patches and the border edges of the small ones.
 std::vector<std::int32_t> absorb_small_patches(const SurfaceView& surface, std::span<const std::int32_t> labels,
                                                std::span<const double> areas, double min_area,
-                                               const Execution& execution = {});
+                                               const Execution& execution = {}, bool whole_labels = false);
 
 /// Floods unlabelled triangles from labelled ones across edges of least strength first: a watershed whose borders run
 /// along the edges where the strength is greatest. `strength`: #V, >= 0; an edge is as strong as the weaker of its
-/// ends. `excluded` (#F, or empty) are never labelled. Strength is told apart in 4,096 steps, equal in log(1 + strength
-/// / its median); within a step first met is first served, edges of the seeds by ascending id. O(F). Source: Meyer,
-/// Topographic distance and watershed lines, 1994 (flooding with an ordered queue); Cousty, Bertrand, Najman, Couprie,
-/// Watershed cuts, 2009 (on edges).
+/// ends. `excluded` (#F, or empty) are never labelled. Strength is told apart in 4,096 steps, as many to each doubling
+/// of 1 + strength / its median; within a step first met is first served, edges of the seeds by ascending id. O(F).
+/// Source: Meyer, Topographic distance and watershed lines, 1994 (flooding with an ordered queue); Cousty, Bertrand,
+/// Najman, Couprie, Watershed cuts, 2009 (on edges).
 std::vector<std::int32_t> flood_by_strength(const SurfaceView& surface, std::span<const std::int32_t> labels,
                                             std::span<const double> strength,
                                             std::span<const std::uint8_t> excluded = {},

@@ -2,28 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 #include "stages/common/exact_area.hpp"
+#include "stages/common/large_pages.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/mser/stability.hpp"
 
 namespace meshmser {
 
-Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::int32_t> number_of_triangle,
-                      std::span<const double> areas, const Execution& execution) {
-  struct Found {
-    std::int32_t number = 0;
-    std::uint8_t is_whole = 1;
-    std::int64_t num_triangles = 0;
-    double greatest_area = 0;
-    std::int32_t exponent = 0;
-    std::int64_t area = 0;
-  };
+namespace {
+
+/// Of each triangle to be joined one of the same patch that comes before it, or itself where none does: of each patch
+/// only its smallest triangle. Nothing of others. Each thread joins within a part of the triangles and leaves what
+/// leads out of it for later.
+std::unique_ptr<std::int32_t[]> join_neighbours(std::span<const std::int32_t> twins,
+                                                std::span<const std::int32_t> number_of_triangle,
+                                                const SplitOptions& options, const Execution& execution) {
   const std::size_t num_triangles = number_of_triangle.size();
-  // The first pass joins each triangle to its earlier neighbours of the same number; a root is its patch's smallest
-  // triangle. Each thread joins within a part of the triangles and leaves what leads out of it for later.
-  std::vector<std::int32_t> joined(num_triangles);
+  std::unique_ptr<std::int32_t[]> joined = make_on_large_pages<std::int32_t>(num_triangles);
   const auto root_of = [&](std::int32_t t) {
     while (joined[static_cast<std::size_t>(t)] != t) {
       std::int32_t& next = joined[static_cast<std::size_t>(t)];
@@ -37,7 +35,6 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
     joined[static_cast<std::size_t>(std::max(root, other))] = least;
     return least;
   };
-  std::vector<std::uint8_t> at_other(num_triangles, 0);
   struct Pair {
     std::int32_t triangle, neighbour;
   };
@@ -49,49 +46,98 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
     const std::size_t end = std::min(num_triangles, begin + per_part);
     std::vector<Pair>& out = out_of_part[static_cast<std::size_t>(part)];
     for (std::size_t t = begin; t < end; ++t) {
+      const std::int32_t number = number_of_triangle[t];
+      if (number == 0 ? !options.background : options.whole_numbers) continue;
       auto root = static_cast<std::int32_t>(t);
       joined[t] = root;
-      const std::int32_t number = number_of_triangle[t];
       for (std::size_t k = 0; k < 3; ++k) {
         const std::int32_t twin = twins[3 * t + k];
         const std::size_t neighbour = twin < 0 ? t : static_cast<std::uint32_t>(twin) / 3;
-        if (number_of_triangle[neighbour] != number) {
-          at_other[t] = 1;
-        } else if (neighbour < t) {
-          if (neighbour < begin)
-            out.push_back({static_cast<std::int32_t>(t), static_cast<std::int32_t>(neighbour)});
-          else
-            root = join(root, static_cast<std::int32_t>(neighbour));
-        }
+        if (neighbour >= t || number_of_triangle[neighbour] != number) continue;
+        if (neighbour < begin)
+          out.push_back({static_cast<std::int32_t>(t), static_cast<std::int32_t>(neighbour)});
+        else
+          root = join(root, static_cast<std::int32_t>(neighbour));
       }
     }
   });
   for (const std::vector<Pair>& out : out_of_part)
     for (const Pair& pair : out) join(root_of(pair.triangle), pair.neighbour);
+  return joined;
+}
+
+}  // namespace
+
+Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::int32_t> number_of_triangle,
+                      std::span<const double> areas, const Execution& execution, SplitOptions options) {
+  struct Found {
+    std::int32_t number = 0, first = 0;
+    std::int64_t num_triangles = 0;
+    double greatest_area = 0;
+    std::int32_t exponent = 0;
+    std::int64_t area = 0;
+  };
+  const std::size_t num_triangles = number_of_triangle.size();
+  const std::unique_ptr<std::int32_t[]> joined = join_neighbours(twins, number_of_triangle, options, execution);
+  std::vector<std::int32_t> patch_of_number;  // of those that are one patch each
+  if (options.whole_numbers && num_triangles > 0)
+    patch_of_number.resize(
+        static_cast<std::size_t>(*std::max_element(number_of_triangle.begin(), number_of_triangle.end())) + 1, 0);
   std::vector<Found> found;  // by smallest triangle
   Patches patches;
   std::vector<std::int32_t>& patch_of_triangle = patches.patch_of_triangle;
-  patch_of_triangle.assign(num_triangles, 0);
+  reserve_on_large_pages(patch_of_triangle, num_triangles);
+  patch_of_triangle.resize(num_triangles);
+  // Triangles of a patch mostly follow one another: what they add up to is put back when the next patch begins.
+  std::int32_t at_hand = 0;
+  std::int64_t num_at_hand = 0;
+  double greatest_at_hand = 0;
+  const auto put_back = [&] {
+    Found& patch = found[static_cast<std::size_t>(at_hand) - 1];
+    patch.num_triangles += num_at_hand;
+    patch.greatest_area = std::max(patch.greatest_area, greatest_at_hand);
+  };
   for (std::size_t t = 0; t < num_triangles; ++t) {
+    const std::int32_t number = number_of_triangle[t];
+    if (number == 0 && !options.background) continue;
+    const bool is_whole = number > 0 && options.whole_numbers;
     // What a triangle is joined to comes before it and leads to its root already.
-    const auto root = static_cast<std::size_t>(joined[t] = joined[static_cast<std::size_t>(joined[t])]);
-    if (number_of_triangle[t] == 0) continue;
-    if (root == t) {
-      found.push_back({.number = number_of_triangle[t]});
-      patch_of_triangle[t] = static_cast<std::int32_t>(found.size());
+    std::int32_t& patch_of_first =
+        is_whole ? patch_of_number[static_cast<std::size_t>(number)]
+                 : patch_of_triangle[static_cast<std::size_t>(joined[t] = joined[static_cast<std::size_t>(joined[t])])];
+    if (patch_of_first == 0) {
+      found.push_back({.number = number, .first = static_cast<std::int32_t>(t)});
+      patch_of_first = static_cast<std::int32_t>(found.size());
     }
-    patch_of_triangle[t] = patch_of_triangle[root];
-    Found& patch = found[static_cast<std::size_t>(patch_of_triangle[t]) - 1];
-    ++patch.num_triangles;
-    patch.greatest_area = std::max(patch.greatest_area, areas[t]);
-    patch.is_whole = static_cast<std::uint8_t>(patch.is_whole & (at_other[t] ^ 1));
+    patch_of_triangle[t] = patch_of_first;
+    if (patch_of_first != at_hand) {
+      if (at_hand != 0) put_back();
+      at_hand = patch_of_first;
+      num_at_hand = 0;
+      greatest_at_hand = 0;
+    }
+    ++num_at_hand;
+    greatest_at_hand = std::max(greatest_at_hand, areas[t]);
   }
+  if (at_hand != 0) put_back();
   for (Found& patch : found) patch.exponent = area_exponent(patch.num_triangles, patch.greatest_area);
-  for (std::size_t t = 0; t < num_triangles; ++t)
-    if (patch_of_triangle[t] != 0) {
-      Found& patch = found[static_cast<std::size_t>(patch_of_triangle[t]) - 1];
-      patch.area += area_in_units(areas[t], patch.exponent);
+  at_hand = 0;
+  std::int32_t exponent = 0;
+  std::int64_t area = 0;
+  Found nothing;
+  const auto found_at = [&](std::int32_t patch) -> Found& {
+    return patch == 0 ? nothing : found[static_cast<std::size_t>(patch) - 1];
+  };
+  for (std::size_t t = 0; t < num_triangles; ++t) {
+    if (patch_of_triangle[t] != at_hand) {
+      found_at(at_hand).area += area;
+      at_hand = patch_of_triangle[t];
+      exponent = found_at(at_hand).exponent;
+      area = 0;
     }
+    if (at_hand != 0) area += area_in_units(areas[t], exponent);
+  }
+  found_at(at_hand).area += area;
 
   std::vector<std::int32_t> order(found.size());
   std::iota(order.begin(), order.end(), 0);
@@ -101,33 +147,41 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
   });
   std::vector<std::int32_t> rank(found.size() + 1, 0);
   patches.number_of_patch.assign(1, 0);
+  patches.first_of_patch.assign(1, -1);
   patches.area_of_patch.assign(1, 0);
-  patches.is_whole_of_patch.assign(1, 0);
   for (const std::int32_t i : order) {
     const Found& patch = found[static_cast<std::size_t>(i)];
     rank[static_cast<std::size_t>(i) + 1] = static_cast<std::int32_t>(patches.number_of_patch.size());
     patches.number_of_patch.push_back(patch.number);
-    patches.is_whole_of_patch.push_back(patch.is_whole);
+    patches.first_of_patch.push_back(patch.first);
     patches.area_of_patch.push_back(std::ldexp(static_cast<double>(patch.area), -patch.exponent));
   }
   for (std::int32_t& patch : patch_of_triangle) patch = rank[static_cast<std::size_t>(patch)];
   return patches;
 }
 
-void drop_whole_components(Patches& patches) {
+void drop_whole_components(std::span<const std::int32_t> twins, Patches& patches) {
+  std::vector<std::uint8_t> has_neighbour(patches.number_of_patch.size(), 0);
+  for (std::size_t h = 0; h < twins.size(); ++h) {
+    if (twins[h] < 0) continue;
+    const std::int32_t here = patches.patch_of_triangle[h / 3];
+    if (patches.patch_of_triangle[static_cast<std::uint32_t>(twins[h]) / 3] != here)
+      has_neighbour[static_cast<std::size_t>(here)] = 1;
+  }
   std::vector<std::int32_t> kept(patches.number_of_patch.size(), 0);
   std::size_t next = 1;
   for (std::size_t p = 1; p < kept.size(); ++p) {
-    if (patches.is_whole_of_patch[p] != 0) continue;
+    if (has_neighbour[p] == 0) continue;
     kept[p] = static_cast<std::int32_t>(next);
     patches.number_of_patch[next] = patches.number_of_patch[p];
+    patches.first_of_patch[next] = patches.first_of_patch[p];
     patches.area_of_patch[next] = patches.area_of_patch[p];
     ++next;
   }
   if (next == kept.size()) return;
   patches.number_of_patch.resize(next);
+  patches.first_of_patch.resize(next);
   patches.area_of_patch.resize(next);
-  patches.is_whole_of_patch.assign(next, 0);
   for (std::int32_t& patch : patches.patch_of_triangle) patch = kept[static_cast<std::size_t>(patch)];
 }
 

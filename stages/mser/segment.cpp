@@ -253,7 +253,13 @@ std::vector<std::int32_t> flood(const SegmentInputs& inputs, std::span<const std
   return flood_by_strength(inputs.surface, labels, strength, excluded, execution);
 }
 
-/// Absorbs, floods and merges; labels may be in any numbering.
+/// Whether labels of one patch each leave grow_and_merge as such: all but fitted borders only join what lies side by
+/// side.
+bool keeps_labels_whole(const SegmentParameters& parameters) {
+  return parameters.border != Border::kSides;
+}
+
+/// Absorbs, floods and merges labels of one patch each, in any numbering.
 std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vector<std::int32_t> labels,
                                          std::span<const double> areas, const SegmentParameters& parameters,
                                          const Execution& execution) {
@@ -266,7 +272,7 @@ std::vector<std::int32_t> grow_and_merge(const SegmentInputs& inputs, std::vecto
   execution.check();
   // After the flood: a small seed may be all that a large facet has.
   if (parameters.grow != Grow::kNone && parameters.absorb_area > 0)
-    labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area, execution);
+    labels = absorb_small_patches(surface, labels, areas, parameters.absorb_area, execution, true);
   const auto settle = [&] {
     if (parameters.border != Border::kSides) return;
     FitParameters fit;
@@ -380,8 +386,9 @@ Segmentation segment(const SegmentInputs& inputs, const SegmentParameters& param
                              level_sets.excluded_of_triangle);
     }
     const std::vector<std::int32_t> grown = grow_and_merge(inputs, std::move(labels), areas, parameters, execution);
-    Patches final_patches = split_patches(surface.twins, grown, areas, execution);
-    drop_whole_components(final_patches);
+    Patches final_patches =
+        split_patches(surface.twins, grown, areas, execution, {.whole_numbers = keeps_labels_whole(parameters)});
+    drop_whole_components(surface.twins, final_patches);
     for (std::int32_t& number : final_patches.number_of_patch)
       number = patches.number_of_patch[static_cast<std::size_t>(number)];
     patches = std::move(final_patches);

@@ -183,7 +183,7 @@ SegmentParameters resolve(const MserParameters& given, const TriangleMesh& mesh,
 
 struct MserStage {
   static constexpr StageInfo info{
-      "mser", 9, "Selects the stable regions of the level sets and labels the triangles [Digne et al. 2010]."};
+      "mser", 10, "Selects the stable regions of the level sets and labels the triangles [Digne et al. 2010]."};
   using Parameters = MserParameters;
 
   static void declare(StageSchema& s) {

@@ -152,7 +152,7 @@ struct Cleaning {
   }
   std::vector<std::int32_t> grow(const Execution& execution) const {
     return absorb_small_patches(p.surface(), flood_by_strength(p.surface(), labels, strength, {}, execution), p.areas,
-                                parameters.absorb_area, execution);
+                                parameters.absorb_area, execution, true);
   }
 
   const Prepared& p;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 #include <random>
 
 #include "stages/common/adjacency.hpp"
@@ -101,6 +102,44 @@ TEST(SplitPatches, AreThoseOfAWalkOverNeighboursWhateverTheThreads) {
   }
 }
 
+TEST(SplitPatches, TakesBackgroundAsAPatchAndWholeNumbersAsTheyAre) {
+  std::mt19937 random(11);
+  for (int repeat = 0; repeat < 200; ++repeat) {
+    HeightField field = make_height_field(1 + static_cast<int>(random() % 20), 1 + static_cast<int>(random() % 20));
+    std::vector<std::int32_t> number;
+    for (std::size_t t = 0; t < field.triangles.size(); ++t) number.push_back(static_cast<std::int32_t>(random() % 3));
+    // Background as a number of its own is what splitting it means.
+    std::vector<std::int32_t> shifted;
+    for (const std::int32_t n : number) shifted.push_back(n + 1);
+    const Patches all = split_patches(field.twins, shifted, field.areas);
+    const Patches with_background = split_patches(field.twins, number, field.areas, {}, {.background = true});
+    ASSERT_EQ(with_background.patch_of_triangle, all.patch_of_triangle);
+    ASSERT_EQ(with_background.first_of_patch, all.first_of_patch);
+    ASSERT_EQ(with_background.area_of_patch, all.area_of_patch);
+    for (std::size_t p = 1; p <= all.num_patches(); ++p) {
+      ASSERT_EQ(with_background.number_of_patch[p] + 1, all.number_of_patch[p]);
+      const auto first = std::find(all.patch_of_triangle.begin(), all.patch_of_triangle.end(), p);
+      ASSERT_EQ(all.first_of_patch[p], first - all.patch_of_triangle.begin());
+    }
+    // Patches are whole, whatever they are numbered.
+    const Patches patches = split_patches(field.twins, number, field.areas);
+    std::vector<std::int32_t> renamed(patches.num_patches() + 1, 0);
+    std::iota(renamed.begin() + 1, renamed.end(), 1);
+    std::shuffle(renamed.begin() + 1, renamed.end(), random);
+    std::vector<std::int32_t> whole;
+    for (const std::int32_t p : patches.patch_of_triangle) whole.push_back(renamed[static_cast<std::size_t>(p)]);
+    for (const bool background : {false, true}) {
+      const Patches seen = split_patches(field.twins, whole, field.areas, {}, {.background = background});
+      const Patches told =
+          split_patches(field.twins, whole, field.areas, {}, {.background = background, .whole_numbers = true});
+      ASSERT_EQ(told.patch_of_triangle, seen.patch_of_triangle);
+      ASSERT_EQ(told.number_of_patch, seen.number_of_patch);
+      ASSERT_EQ(told.first_of_patch, seen.first_of_patch);
+      ASSERT_EQ(told.area_of_patch, seen.area_of_patch);
+    }
+  }
+}
+
 TEST(DropWholeComponents, OnlyWhereOneLabelCoversAll) {
   HeightField field = make_height_field(30, 2);
   // Two components: cut at x = 10.
@@ -111,7 +150,7 @@ TEST(DropWholeComponents, OnlyWhereOneLabelCoversAll) {
   }),
                                   field.areas);
   EXPECT_THAT(patches.number_of_patch, ElementsAre(0, 3, 4, 2));
-  drop_whole_components(patches);
+  drop_whole_components(field.twins, patches);
   EXPECT_THAT(patches.number_of_patch, ElementsAre(0, 3, 2));
   EXPECT_THAT(patches.area_of_patch, ElementsAre(0, 24, 14));
   EXPECT_EQ(patches.patch_of_triangle, field.numbers([](const Eigen::Vector3d& p) {
