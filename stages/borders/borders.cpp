@@ -1,6 +1,7 @@
 #include "stages/borders/borders.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -11,6 +12,7 @@
 #include "stages/common/adjacency.hpp"
 #include "stages/common/gather_by_owner.hpp"
 #include "stages/common/large_pages.hpp"
+#include "stages/common/owned_edges.hpp"
 #include "stages/common/parallel.hpp"
 
 namespace meshmser {
@@ -34,15 +36,23 @@ struct RimLevels {
   std::int64_t num_loops_dropped = 0;    ///< pairs of a region and a rim it holds whole
 };
 
-RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, std::span<const std::int32_t> levels,
+/// 0 for what is in no node.
+std::int32_t level_of_triangle(const ComponentTree& tree, std::size_t t) {
+  const std::int32_t node = tree.node_of_triangle[t];
+  return node < 0 ? 0 : tree.hi_of_node[at(node)];
+}
+
+RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree,
                     std::span<const std::int32_t> num_regions_of_node, const Execution& execution) {
   RimLevels rims;
-  std::vector<std::vector<std::int32_t>> of_chunk((levels.size() + kTrianglesPerChunk - 1) / kTrianglesPerChunk);
-  parallel_chunks(static_cast<std::int64_t>(levels.size()), kTrianglesPerChunk, "", execution,
+  const std::size_t num_triangles = surface.triangles.size();
+  std::vector<std::vector<std::int32_t>> of_chunk((num_triangles + kTrianglesPerChunk - 1) / kTrianglesPerChunk);
+  parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
                   [&](std::int64_t begin, std::int64_t end) {
                     std::vector<std::int32_t>& own = of_chunk[static_cast<std::size_t>(begin / kTrianglesPerChunk)];
                     for (auto h = 3 * static_cast<std::size_t>(begin); h < 3 * static_cast<std::size_t>(end); ++h)
-                      if (surface.twins[h] < 0 && levels[h / 3] > 0) own.push_back(static_cast<std::int32_t>(h));
+                      if (surface.twins[h] < 0 && level_of_triangle(tree, h / 3) > 0)
+                        own.push_back(static_cast<std::int32_t>(h));
                   });
   for (const std::vector<std::int32_t>& own : of_chunk)
     rims.half_edges.insert(rims.half_edges.end(), own.begin(), own.end());
@@ -63,7 +73,7 @@ RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, std::
       if (place < rims.half_edges.size() && rims.half_edges[place] == half_edge) loop.push_back(place);
       std::int32_t out = next_half_edge(half_edge);
       while (true) {
-        const std::int32_t level = levels[at(triangle_of_half_edge(out))];
+        const std::int32_t level = level_of_triangle(tree, at(triangle_of_half_edge(out)));
         if (level < least) {
           least = level;
           least_triangle = triangle_of_half_edge(out);
@@ -126,8 +136,16 @@ BorderLoops trace_all(const SurfaceView& surface, HalfEdgesByOwner edges, std::s
                     }
                     if (!tracer) tracer = std::make_unique<LoopTracer>(surface);
                     std::vector<LoopTracer::Traced>& loops = loops_of_group[group];
+                    const auto edges_of_place = [&](std::size_t i) {
+                      return std::span(all.half_edges)
+                          .subspan(static_cast<std::size_t>(edges.first_of_owner[at(order[i])]),
+                                   static_cast<std::size_t>(edges_of(order[i])));
+                    };
                     for (std::size_t i = first_of_group[group]; i < first_of_group[group + 1]; ++i) {
                       const auto owner = at(order[i]);
+                      // Most regions are small: the next one's mesh is fetched while this one is traced.
+                      if (i + 2 < order.size()) __builtin_prefetch(edges_of_place(i + 2).data());
+                      if (i + 1 < first_of_group[group + 1]) tracer->prefetch(edges_of_place(i + 1));
                       const auto first = static_cast<std::size_t>(edges.first_of_owner[owner]);
                       const auto count = static_cast<std::size_t>(edges_of(order[i]));
                       Found& of = found[owner];
@@ -179,83 +197,81 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
   if (number_of_node.size() != num_nodes || number_behind.size() != num_triangles ||
       tree.node_of_triangle.size() != num_triangles || surface.twins.size() != 3 * num_triangles)
     throw StageError("borders need one number a node and a triangle, and one twin a half-edge of the tree's own mesh");
-  // Regions by ascending number; smallest region of each node, and of each region the next one that contains it.
-  std::vector<std::int32_t> nodes;
+  // Regions have places in the order of their nodes, where children come before parents, and are put out by number.
+  std::vector<std::int32_t> node_of_place;
   for (std::size_t node = 0; node < num_nodes; ++node)
-    if (number_of_node[node] > 0) nodes.push_back(static_cast<std::int32_t>(node));
-  std::sort(nodes.begin(), nodes.end(),
-            [&](std::int32_t a, std::int32_t b) { return number_of_node[at(a)] < number_of_node[at(b)]; });
-  std::vector<std::int32_t> region_of_node(num_nodes, kNone);
-  for (std::size_t r = 0; r < nodes.size(); ++r) region_of_node[at(nodes[r])] = static_cast<std::int32_t>(r);
-  std::vector<std::int32_t> outer_of_region(nodes.size(), kNone), num_regions_of_node(num_nodes, 0);
+    if (number_of_node[node] > 0) node_of_place.push_back(static_cast<std::int32_t>(node));
+  const std::size_t num_regions = node_of_place.size();
+  std::vector<std::uint32_t> place_of_node(num_nodes, kNoPlace);  // of the smallest region that holds it
+  std::vector<std::int32_t> lo_of_place(num_regions);
+  for (std::size_t place = 0; place < num_regions; ++place) {
+    place_of_node[at(node_of_place[place])] = static_cast<std::uint32_t>(place);
+    lo_of_place[place] = tree.lo(node_of_place[place]);
+  }
+  std::vector<std::uint32_t> outer_of_place(num_regions, kNoPlace);
+  std::vector<std::int32_t> num_regions_of_node(num_nodes, 0);
   for (std::size_t node = num_nodes; node-- > 0;) {
     const std::int32_t parent = tree.parent_of_node[node];
-    const std::int32_t outer = parent < 0 ? kNone : region_of_node[at(parent)];
+    const std::uint32_t outer = parent < 0 ? kNoPlace : place_of_node[at(parent)];
     num_regions_of_node[node] = parent < 0 ? 0 : num_regions_of_node[at(parent)];
-    if (region_of_node[node] == kNone) {
-      region_of_node[node] = outer;
+    if (place_of_node[node] == kNoPlace) {
+      place_of_node[node] = outer;
     } else {
-      outer_of_region[at(region_of_node[node])] = outer;
+      outer_of_place[place_of_node[node]] = outer;
       ++num_regions_of_node[node];
     }
   }
-  std::vector<std::int32_t> lo_of_region(nodes.size());
-  for (std::size_t r = 0; r < nodes.size(); ++r) lo_of_region[r] = tree.lo(nodes[r]);
-  // Of each node: lo of its smallest region, 0 for none.
-  std::vector<std::int32_t> lo_of_node(num_nodes, 0);
-  for (std::size_t node = 0; node < num_nodes; ++node)
-    if (region_of_node[node] != kNone) lo_of_node[node] = lo_of_region[at(region_of_node[node])];
-  std::vector<std::int32_t> levels;
-  reserve_on_large_pages(levels, num_triangles);
-  levels.resize(num_triangles);
+  const auto number_of_place = [&](std::int32_t place) { return number_of_node[at(node_of_place[at(place)])]; };
+  std::vector<std::int32_t> place_of_region(num_regions), region_of_place(num_regions);
+  std::iota(place_of_region.begin(), place_of_region.end(), 0);
+  std::sort(place_of_region.begin(), place_of_region.end(),
+            [&](std::int32_t a, std::int32_t b) { return number_of_place(a) < number_of_place(b); });
+  for (std::size_t r = 0; r < num_regions; ++r) region_of_place[at(place_of_region[r])] = static_cast<std::int32_t>(r);
+
+  const std::unique_ptr<std::uint32_t[]> place_of_triangle = make_on_large_pages<std::uint32_t>(num_triangles);
   parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
                   [&](std::int64_t begin, std::int64_t end) {
                     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
                       const std::int32_t node = tree.node_of_triangle[t];
-                      levels[t] = node < 0 ? 0 : tree.hi_of_node[at(node)];
+                      place_of_triangle[t] = node < 0 ? kNoPlace : place_of_node[at(node)];
                     }
                   });
-
-  const RimLevels rims = walk_rims(surface, tree, levels, num_regions_of_node, execution);
-  // Triangles a and b that touch are in one component at the lower of their levels, so one node is an ancestor of the
-  // other, and the regions with a but not b are those met climbing from a's until lo is not above b's level.
+  const RimLevels rims = walk_rims(surface, tree, num_regions_of_node, execution);
   const auto emit = [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
+    const std::int32_t* twins = surface.twins.data();
+    const std::uint32_t* places = place_of_triangle.get();
+    OwnedEdges found(list, outer_of_place.data());
     auto rim = static_cast<std::size_t>(
         std::lower_bound(rims.half_edges.begin(), rims.half_edges.end(), static_cast<std::int64_t>(3 * begin)) -
         rims.half_edges.begin());
-    // Plain pointers, since the list that grows might be anything's elements for all that the compiler knows.
-    const std::int32_t *twins = surface.twins.data(), *level_of = levels.data(), *least = rims.least.data();
-    const std::int32_t *node_of = tree.node_of_triangle.data(), *lo_of = lo_of_node.data();
     for (std::size_t t = begin; t < end; ++t) {
-      const std::int32_t node = node_of[t];
-      if (node < 0) continue;
-      const std::int32_t lo = lo_of[node];
-      // Most triangles have no border: one look at all three sides is enough for those without a rim.
-      const auto level_behind_or_none = [&](std::size_t h) {
-        return twins[h] < 0 ? kNone : level_of[static_cast<std::uint32_t>(twins[h]) / 3];
-      };
-      if (std::min({level_behind_or_none(3 * t), level_behind_or_none(3 * t + 1), level_behind_or_none(3 * t + 2)}) >=
-          lo)
-        continue;
-      for (std::size_t h = 3 * t; h < 3 * t + 3; ++h) {
-        const std::int32_t twin = twins[h];
-        const std::int32_t level_behind = twin >= 0 ? level_of[triangle_of_half_edge(twin)] : least[rim++];
-        if (level_behind >= lo) continue;
-        for (std::int32_t region = region_of_node[at(node)]; region != kNone && lo_of_region[at(region)] > level_behind;
-             region = outer_of_region[at(region)])
-          list.push_back({region, static_cast<std::int32_t>(h)});
+      const std::uint32_t here = places[t];
+      std::array<std::uint32_t, 3> there{};
+      bool at_rim = false;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t twin = twins[3 * t + k];
+        at_rim |= twin < 0;
+        there[k] = places[twin < 0 ? t : static_cast<std::uint32_t>(twin) / 3];
       }
+      // Behind a hole edge begin the regions that hold the whole rim.
+      if (at_rim && level_of_triangle(tree, t) > 0)
+        for (std::size_t k = 0; k < 3; ++k) {
+          if (twins[3 * t + k] >= 0) continue;
+          const std::int32_t least = rims.least[rim++];
+          while (there[k] != kNoPlace && lo_of_place[there[k]] > least) there[k] = outer_of_place[there[k]];
+        }
+      found.put(t, here, there, [&](std::uint32_t place) { return region_of_place[place]; });
     }
+    found.finish();
   };
-  // By node: what a region holds is traced just before it, and what lies beside it soon after.
-  std::vector<std::int32_t> order(nodes.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return nodes[at(a)] < nodes[at(b)]; });
+  // Traced by place: what a region holds just before it, and what lies beside it soon after.
   BorderLoops loops = trace_all(
-      surface, gather_by_owner(num_triangles, nodes.size(), emit, execution), order,
-      [&](std::size_t r) { return number_of_node[at(nodes[r])]; },
+      surface, gather_by_owner(num_triangles, num_regions, emit, execution), region_of_place,
+      [&](std::size_t r) { return number_of_place(place_of_region[r]); },
       [&](std::size_t r) {
-        return [levels = levels.data(), lo = lo_of_region[r]](std::int32_t triangle) { return levels[triangle] >= lo; };
+        return [&tree, lo = lo_of_place[at(place_of_region[r])]](std::int32_t triangle) {
+          return level_of_triangle(tree, at(triangle)) >= lo;
+        };
       },
       number_behind, execution);
   loops.num_hole_loops_dropped += rims.num_loops_dropped;

@@ -22,6 +22,14 @@ class LoopTracer {
     double level_length, hole_length;
   };
 
+  /// Fetches what tracing these half-edges will look at first.
+  void prefetch(std::span<const std::int32_t> half_edges) const {
+    for (const std::int32_t h : half_edges.first(std::min(half_edges.size(), kAhead))) {
+      __builtin_prefetch(&surface_.twins[static_cast<std::size_t>(h)]);
+      __builtin_prefetch(surface_.triangles.front().data() + h);
+    }
+  }
+
   /// Appends the loops of one region to `loops` and writes their edges, loop by loop, from the beginning of the three
   /// lists on. `half_edges` holds the region's border half-edges before, ascending; where one of a rim is left out, the
   /// whole rim is. `inside(triangle)`: whether a triangle is in the region. The next half-edge is found by rotating
@@ -32,44 +40,48 @@ class LoopTracer {
     find_next(half_edges, inside, number_behind);
     found_.clear();
     std::int64_t num_dropped = 0;
-    walk_.clear();
+    walked_.resize(std::max(walked_.size(), edges_.size()));
+    Walked* end = walked_.data();
     for (std::size_t i = 0; i < edges_.size(); ++i) {
       if (edges_[i].walked) continue;
-      // The first in order is the smallest level half-edge; edges are ascending.
-      Loop loop{walk_.size(), walk_.size(), walk_.size(), 0, 0};
-      std::int32_t least_level = -1;
-      for (auto at = static_cast<std::int32_t>(i); !edge(at).walked; at = edge(at).next) {
-        edge(at).walked = true;
-        if (edge(at).twin >= 0 && (least_level < 0 || at < least_level)) {
-          least_level = at;
-          loop.first = walk_.size();
-        }
-        walk_.push_back(at);
-      }
-      if (least_level < 0) {
+      // Edges are ascending, so a level edge that comes first is the smallest of its loop.
+      auto first = static_cast<std::int32_t>(i);
+      if (edges_[i].twin < 0) first = smallest_level_edge(first);
+      if (first < 0) {
         ++num_dropped;
-        walk_.resize(loop.begin);
+        for (first = static_cast<std::int32_t>(i); !edge(first).walked; first = edge(first).next)
+          edge(first).walked = true;
         continue;
       }
-      loop.end = walk_.size();
-      // Added up from the loop's first half-edge on, so that lengths do not depend on where the walk began.
-      for_each_edge(loop, [&](const Edge& e) { (e.twin < 0 ? loop.hole_length : loop.level_length) += e.length; });
+      Loop loop{end, end, first, 0, 0};
+      for (std::int32_t at = first; !edge(at).walked; at = edge(at).next) {
+        Edge& e = edge(at);
+        e.walked = true;
+        if (e.twin < 0) {
+          *end++ = {e.half_edge, -1, EdgeKind::kHole};
+          loop.hole_length += e.length;
+        } else {
+          *end++ = {e.half_edge, number_behind[static_cast<std::size_t>(triangle_of_half_edge(e.twin))],
+                    EdgeKind::kLevel};
+          loop.level_length += e.length;
+        }
+      }
+      loop.end = end;
       found_.push_back(loop);
     }
     if (found_.size() > 1)
       std::sort(found_.begin(), found_.end(), [&](const Loop& a, const Loop& b) {
         const double length_a = a.level_length + a.hole_length, length_b = b.level_length + b.hole_length;
-        return length_a != length_b ? length_a > length_b : walk_[a.first] < walk_[b.first];
+        return length_a != length_b ? length_a > length_b : a.first < b.first;
       });
     std::size_t place = 0;
     for (const Loop& loop : found_) {
-      loops.push_back({static_cast<std::int64_t>(loop.end - loop.begin), loop.level_length, loop.hole_length});
-      for_each_edge(loop, [&](const Edge& e) {
-        half_edges[place] = e.half_edge;
-        kinds[place] = e.twin < 0 ? EdgeKind::kHole : EdgeKind::kLevel;
-        neighbours[place] = e.twin < 0 ? -1 : number_behind[static_cast<std::size_t>(triangle_of_half_edge(e.twin))];
-        ++place;
-      });
+      loops.push_back({loop.end - loop.begin, loop.level_length, loop.hole_length});
+      for (const Walked* at = loop.begin; at != loop.end; ++at, ++place) {
+        half_edges[place] = at->half_edge;
+        kinds[place] = at->kind;
+        neighbours[place] = at->neighbour;
+      }
     }
     return num_dropped;
   }
@@ -83,9 +95,14 @@ class LoopTracer {
     bool shares_start;   ///< with a later edge
     bool walked;
   };
-  /// walk_[begin] .. walk_[end]; the first in order is `first`, the smallest level half-edge.
+  /// What is put out of an edge.
+  struct Walked {
+    std::int32_t half_edge, neighbour;
+    EdgeKind kind;
+  };
   struct Loop {
-    std::size_t begin, end, first;
+    const Walked *begin, *end;
+    std::int32_t first;  ///< index of the smallest level half-edge, where it begins
     double level_length, hole_length;
   };
   static constexpr std::size_t kAhead = 16;
@@ -133,11 +150,15 @@ class LoopTracer {
 
   Edge& edge(std::int32_t i) { return edges_[static_cast<std::size_t>(i)]; }
 
-  template <class Body>
-  void for_each_edge(const Loop& loop, Body&& body) const {
-    const auto edge_at = [&](std::size_t i) { return edges_[static_cast<std::size_t>(walk_[i])]; };
-    for (std::size_t i = loop.first; i < loop.end; ++i) body(edge_at(i));
-    for (std::size_t i = loop.begin; i < loop.first; ++i) body(edge_at(i));
+  /// Of the loop of an edge; -1: none.
+  std::int32_t smallest_level_edge(std::int32_t of) const {
+    std::int32_t least = -1, at = of;
+    do {
+      const Edge& e = edges_[static_cast<std::size_t>(at)];
+      if (e.twin >= 0 && (least < 0 || at < least)) least = at;
+      at = e.next;
+    } while (at != of);
+    return least;
   }
 
   // The first edge that starts at a vertex, by open addressing: at most half of the slots are taken.
@@ -166,7 +187,7 @@ class LoopTracer {
   std::vector<Edge> edges_;          ///< of the region, by half-edge
   std::vector<std::int32_t> slots_;  ///< a power of two, indices or -1
   int shift_ = 0;
-  std::vector<std::int32_t> walk_;  ///< indices, loop by loop
+  std::vector<Walked> walked_;  ///< loop by loop
   std::vector<Loop> found_;
 };
 

@@ -9,6 +9,7 @@
 #include "stages/common/adjacency.hpp"
 #include "stages/common/gather_by_owner.hpp"
 #include "stages/common/large_pages.hpp"
+#include "stages/common/owned_edges.hpp"
 #include "stages/common/parallel.hpp"
 #include "stages/mser/filters.hpp"
 #include "stages/mser/node_attributes.hpp"
@@ -19,22 +20,21 @@ namespace {
 constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
 constexpr std::size_t kBandAhead = 16;  ///< triangles of a front whose neighbours are fetched ahead
 
-/// Of every triangle, the place in `selected` of the smallest node that holds it; -1: none.
-std::vector<std::int32_t> smallest_listed_of_triangles(const ComponentTree& tree,
-                                                       std::span<const std::int32_t> selected,
-                                                       const Execution& execution) {
+/// Of every triangle, the place in `selected` of the smallest node that holds it, or kNoPlace.
+std::unique_ptr<std::uint32_t[]> places_of_triangles(const ComponentTree& tree, std::span<const std::int32_t> selected,
+                                                     const Execution& execution) {
   const std::vector<std::int32_t> place = smallest_listed_nodes(tree, selected);
-  std::vector<std::int32_t> smallest;
-  reserve_on_large_pages(smallest, tree.node_of_triangle.size());
-  smallest.resize(tree.node_of_triangle.size());
-  parallel_chunks(static_cast<std::int64_t>(smallest.size()), kTrianglesPerChunk, "", execution,
+  const std::size_t num_triangles = tree.node_of_triangle.size();
+  std::unique_ptr<std::uint32_t[]> places = make_on_large_pages<std::uint32_t>(num_triangles);
+  parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
                   [&](std::int64_t begin, std::int64_t end) {
                     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
                       const std::int32_t node = tree.node_of_triangle[t];
-                      smallest[t] = node < 0 ? -1 : place[static_cast<std::size_t>(node)];
+                      places[t] =
+                          node < 0 ? kNoPlace : static_cast<std::uint32_t>(place[static_cast<std::size_t>(node)]);
                     }
                   });
-  return smallest;
+  return places;
 }
 
 /// All that a walk needs of a triangle, in half a line of the processor's cache. Places and values count from near the
@@ -51,11 +51,12 @@ struct BandMesh {
   HalfEdgesByOwner level_edges;  ///< of the selected nodes, ascending
 };
 
-/// `smallest`: of triangles, the place of the smallest selected node that holds it; `ancestor`: of places, that of the
-/// nearest selected ancestor.
-BandMesh make_band_mesh(const SurfaceView& surface, std::span<const std::int32_t> smallest,
-                        std::span<const std::int32_t> ancestor, std::span<const double> triangle_values,
-                        std::span<const double> areas, const Execution& execution) {
+BandMesh make_band_mesh(const SurfaceView& surface, const ComponentTree& tree, std::span<const std::int32_t> selected,
+                        std::span<const double> triangle_values, std::span<const double> areas,
+                        const Execution& execution) {
+  const std::unique_ptr<std::uint32_t[]> place_of_triangle = places_of_triangles(tree, selected, execution);
+  const std::vector<std::int32_t> ancestors = nearest_selected_ancestors(tree, selected);
+  const std::vector<std::uint32_t> outer_of_place(ancestors.begin(), ancestors.end());  // -1 becomes kNoPlace
   BandMesh mesh;
   const auto corner = [&](std::size_t t, std::size_t k) -> const Eigen::Vector3d& {
     return surface.positions[static_cast<std::size_t>(surface.triangles[t][k])];
@@ -69,36 +70,25 @@ BandMesh make_band_mesh(const SurfaceView& surface, std::span<const std::int32_t
   mesh.triangles = make_on_large_pages<BandTriangle>(mesh.num_triangles);
   BandTriangle* const triangles = mesh.triangles.get();
   mesh.level_edges = gather_by_owner(
-      mesh.num_triangles, ancestor.size(),
+      mesh.num_triangles, selected.size(),
       [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
-        const std::int32_t *twins = surface.twins.data(), *smallest_of = smallest.data();
-        std::size_t count = 0;
+        const std::int32_t* twins = surface.twins.data();
+        const std::uint32_t* places = place_of_triangle.get();
+        OwnedEdges found(list, outer_of_place.data());
         for (std::size_t t = begin; t < end; ++t) {
           BandTriangle& of = triangles[t];
           const Eigen::Vector3d centroid = (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3 - origin;
-          // Selected nodes ascend, and children come before their parents; none, -1, comes last as an unsigned number.
           std::array<std::uint32_t, 3> there{};
           for (std::size_t k = 0; k < 3; ++k) {
             of.centroid[k] = static_cast<float>(centroid[static_cast<Eigen::Index>(k)]);
             const std::int32_t twin = twins[3 * t + k];
             of.neighbours[k] = static_cast<std::uint32_t>(twin < 0 ? t : static_cast<std::uint32_t>(twin) / 3);
-            there[k] = static_cast<std::uint32_t>(smallest_of[of.neighbours[k]]);
+            there[k] = places[of.neighbours[k]];
           }
           of.sums = {static_cast<float>(areas[t] * (triangle_values[t] - first_value)), static_cast<float>(areas[t])};
-          // Of two neighbouring triangles one's node is an ancestor of the other's, so what parts them are the selected
-          // nodes from one's smallest up to the other's.
-          const std::uint32_t farthest = std::max({there[0], there[1], there[2]});
-          for (auto at = static_cast<std::uint32_t>(smallest_of[t]); at < farthest;
-               at = static_cast<std::uint32_t>(ancestor[at])) {
-            if (list.size() < count + 4) list.resize(2 * count + 1024);
-            // Which of the three it is is hard to foresee, so each is written and stays there or not.
-            for (std::size_t k = 0; k < 3; ++k) {
-              list[count] = {static_cast<std::int32_t>(at), static_cast<std::int32_t>(3 * t + k)};
-              count += static_cast<std::size_t>(at < there[k]);
-            }
-          }
+          found.put(t, places[t], there, [](std::uint32_t place) { return static_cast<std::int32_t>(place); });
         }
-        list.resize(count);
+        found.finish();
       },
       execution);
   return mesh;
@@ -211,9 +201,7 @@ std::vector<double> border_contrasts(const SurfaceView& surface, const Component
                                      std::span<const double> areas, double band, const Execution& execution) {
   std::vector<double> contrasts(selected.size(), 0);
   if (selected.empty()) return contrasts;
-  const std::vector<std::int32_t> smallest = smallest_listed_of_triangles(tree, selected, execution);
-  const BandMesh mesh =
-      make_band_mesh(surface, smallest, nearest_selected_ancestors(tree, selected), triangle_values, areas, execution);
+  const BandMesh mesh = make_band_mesh(surface, tree, selected, triangle_values, areas, execution);
   const auto edges_of = [&](std::size_t i) {
     const std::int64_t first = mesh.level_edges.first_of_owner[i], last = mesh.level_edges.first_of_owner[i + 1];
     return std::span(mesh.level_edges.half_edges)
