@@ -147,6 +147,11 @@ class RunContext {
   const std::filesystem::path& scratch_folder() const { return scratch_; }
   /// A sentence for the user: what is doubtful, and what to do.
   void warn(std::string message) { warnings_.push_back(std::move(message)); }
+  /// Tells of a value that was given for another rule than the one at work.
+  void warn_if_idle(bool is_idle, std::string_view parameter, std::string_view used_by) {
+    if (is_idle)
+      warn(std::string(parameter) + " is given but changes nothing: only " + std::string(used_by) + " uses it");
+  }
   void report(std::string name, std::int64_t value, std::string unit = "") {
     report_.push_back({std::move(name), value, std::move(unit)});
   }

@@ -281,6 +281,11 @@ struct MserStage {
   }
 
   static Outputs run(const Parameters& parameters, const Inputs& inputs, RunContext& context) {
+    const Select select = parameters.select;
+    context.warn_if_idle(parameters.min_length && select != Select::kLength, "min_length", "select: length");
+    context.warn_if_idle(parameters.level && select != Select::kLevel, "level", "select: level");
+    context.warn_if_idle(parameters.delta_value && select != Select::kMser && select != Select::kStableBranch,
+                         "delta_value", "select: mser and stable_branch");
     const auto& mesh = inputs.get<TriangleMesh>("mesh");
     const auto& trees = inputs.get<LevelSetTrees>("trees");
     std::vector<std::int32_t> twins = twin_half_edges(mesh.triangles, mesh.num_vertices(), context.execution());

@@ -121,7 +121,7 @@ LevelSetTreesParameters resolve(const TreeParameters& given, const VertexScalar&
 }  // namespace
 
 struct TreeStage {
-  static constexpr StageInfo info{"tree", 3,
+  static constexpr StageInfo info{"tree", 4,
                                   "Builds the tree of the level sets of a scalar on the mesh [Digne et al. 2010]."};
   using Parameters = TreeParameters;
 
@@ -167,7 +167,7 @@ struct TreeStage {
                 "Values of the scalar between which levels are laid, in place of quantiles.");
     s.parameter("level_step", &P::level_step, more_than(0), "scalar", "Step of the rule step.");
     s.parameter("level_list", &P::level_list, Range{}, "scalar",
-                "Levels of the rule list; triangles below the lowest are in no region.");
+                "Levels of the rule list, in any order; triangles below the lowest are in no region.");
     s.parameter("level_constant", &P::level_constant, more_than(0), "noise",
                 "Where the rule noise turns from equal to growing steps.");
     s.parameter("noise", &P::noise, more_than(0), "scalar",
@@ -208,6 +208,12 @@ struct TreeStage {
   }
 
   static Outputs run(const Parameters& parameters, const Inputs& inputs, RunContext& context) {
+    const LevelRule rule = parameters.level_rule;
+    const bool has_range = rule != LevelRule::kList && rule != LevelRule::kEveryValue;
+    context.warn_if_idle(parameters.level_step && rule != LevelRule::kStep, "level_step", "level_rule: step");
+    context.warn_if_idle(!parameters.level_list.empty() && rule != LevelRule::kList, "level_list", "level_rule: list");
+    context.warn_if_idle(parameters.value_range && !has_range, "value_range", "a level_rule with a range");
+    context.warn_if_idle(parameters.strength_range && !has_range, "strength_range", "a level_rule with a range");
     const auto& mesh = inputs.get<TriangleMesh>("mesh");
     std::vector<StageFields> fields;
     for (const auto& [stage, scalars] : inputs.all<ScalarFields>("scalars")) fields.push_back({stage, scalars});
@@ -231,12 +237,13 @@ struct TreeStage {
       context.report("num_levels" + side, static_cast<std::int64_t>(tree.levels.size()));
       context.report("num_nodes" + side, static_cast<std::int64_t>(tree.num_nodes()));
       context.report("num_roots" + side, roots);
-      for (const double level : tree.levels)
-        if (std::isfinite(level)) {
-          context.report("least_level" + side, level, result.trees.unit);
-          context.report("greatest_level" + side, tree.levels.back(), result.trees.unit);
-          break;
-        }
+      // In the scalar's own values: a lower tree counts them with their sign turned.
+      const auto first =
+          std::find_if(tree.levels.begin(), tree.levels.end(), [](double l) { return std::isfinite(l); });
+      if (first == tree.levels.end()) continue;
+      const bool lower = tree.polarity == Polarity::kLower;
+      context.report("least_level" + side, lower ? -tree.levels.back() : *first, result.trees.unit);
+      context.report("greatest_level" + side, lower ? -*first : tree.levels.back(), result.trees.unit);
     }
     if (result.root_vertex >= 0) context.report("root_vertex", std::int64_t{result.root_vertex});
     if (std::isfinite(result.trees.noise)) context.report("noise", result.trees.noise, result.trees.unit);

@@ -99,6 +99,26 @@ TEST_F(EndToEnd, AMeshWithItsOwnScalarNeedsNoPoints) {
   EXPECT_EQ(num_rows("out/regions.csv"), 5u);  // as many as hills
 }
 
+TEST_F(EndToEnd, ValuesForAnotherRuleAreToldOfAndLevelsHaveTheScalarsOwnSign) {
+  const Finished finished = run("mesh.yaml", "out",
+                                {"--set", "tree.polarity=lower", "--set", "tree.level_rule=list", "--set",
+                                 "tree.level_list=[0.5, 0.25]", "--set", "tree.level_step=2", "--set", "mser.level=3"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.err;
+  EXPECT_NE(finished.err.find("tree: level_step is given but changes nothing: only level_rule: step uses it"),
+            std::string::npos)
+      << finished.err;
+  EXPECT_NE(finished.err.find("mser: level is given but changes nothing"), std::string::npos) << finished.err;
+  EXPECT_EQ(finished.err.find("level_list"), std::string::npos) << finished.err;
+  const std::string report = read(folder_ / "out/run.json");
+  for (const std::string figure : {"\"least_level_lower\"", "\"greatest_level_lower\""}) {
+    const std::size_t at = report.find(figure);
+    ASSERT_NE(at, std::string::npos);
+    const std::string value = report.substr(at, 80);
+    EXPECT_NE(value.find(figure.find("least") == 1 ? "0.25" : "0.5"), std::string::npos) << value;
+    EXPECT_EQ(value.find('-'), std::string::npos) << value;
+  }
+}
+
 TEST_F(EndToEnd, EveryConfigurationRuns) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kSource / "configs")) {
