@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "stages/common/large_pages.hpp"
 #include "stages/mser/stability.hpp"
 
 namespace meshmser {
@@ -70,11 +71,16 @@ std::vector<std::int32_t> label_triangles(std::span<const ComponentTree> trees, 
   for (std::size_t tree = 0; tree < trees.size(); ++tree) {
     const std::vector<std::int32_t> region = region_of_nodes(trees[tree], regions, static_cast<std::int32_t>(tree));
     const std::vector<std::int32_t>& node_of_triangle = trees[tree].node_of_triangle;
-    const bool first = label.empty();
-    if (first) label.assign(node_of_triangle.size(), 0);
+    const auto region_at = [&](std::size_t t) {
+      return node_of_triangle[t] < 0 ? 0 : region[static_cast<std::size_t>(node_of_triangle[t])];
+    };
+    if (tree == 0) {
+      reserve_on_large_pages(label, node_of_triangle.size());
+      for (std::size_t t = 0; t < node_of_triangle.size(); ++t) label.push_back(region_at(t));
+      continue;
+    }
     for (std::size_t t = 0; t < node_of_triangle.size(); ++t) {
-      if (node_of_triangle[t] < 0) continue;
-      const std::int32_t here = region[static_cast<std::size_t>(node_of_triangle[t])];
+      const std::int32_t here = region_at(t);
       if (here == 0) continue;
       if (label[t] == 0) {
         label[t] = here;

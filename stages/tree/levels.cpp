@@ -198,35 +198,32 @@ std::vector<std::int32_t> levels_of_vertices(std::span<const double> values, std
   const double low = finite.front(), width = finite.back() - low;
   const std::int32_t cells = 4 * n;
   const double scale = width > 0 && std::isfinite(cells / width) ? cells / width : 0;
-  auto cell_of = [&](double value) {
-    const double cell = (value - low) * scale;
-    return cell >= cells ? cells : cell > 0 ? static_cast<std::int32_t>(cell) : 0;
+  const auto cell_of = [=](double value) {
+    return static_cast<std::size_t>(std::min(std::max(0.0, (value - low) * scale), static_cast<double>(cells)));
   };
   std::vector<std::int32_t> levels_before(static_cast<std::size_t>(cells) + 2, 0);
-  for (const double level : finite) ++levels_before[static_cast<std::size_t>(cell_of(level)) + 1];
+  for (const double level : finite) ++levels_before[cell_of(level) + 1];
   std::partial_sum(levels_before.begin(), levels_before.end(), levels_before.begin());
+  // Behind the last level there is one that no value reaches.
+  std::vector<double> padded(finite.begin(), finite.end());
+  padded.push_back(std::numeric_limits<double>::quiet_NaN());
   const double factor = sign < 0 ? -1 : 1;
-  parallel_chunks(static_cast<std::int64_t>(values.size()), 1 << 15, "", execution,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
-                      const double value = factor * values[v];
-                      if (std::isnan(value)) {
-                        result[v] = 0;
-                        continue;
-                      }
-                      const auto cell = static_cast<std::size_t>(cell_of(value));
-                      std::int32_t below = levels_before[cell], above = levels_before[cell + 1];
-                      while (below < above) {  // the number of levels <= value
-                        const std::int32_t middle = below + (above - below) / 2;
-                        if (finite[static_cast<std::size_t>(middle)] <= value)
-                          below = middle + 1;
-                        else
-                          above = middle;
-                      }
-                      // Minus infinity itself is at no finite level; below every level there is none.
-                      result[v] = below + base;
-                    }
-                  });
+  parallel_chunks(
+      static_cast<std::int64_t>(values.size()), 1 << 15, "", execution, [&](std::int64_t begin, std::int64_t end) {
+        for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+          const double value = factor * values[v];
+          const std::size_t cell = cell_of(value);
+          const std::int32_t before = levels_before[cell], up_to = levels_before[cell + 1];
+          // The number of levels <= value: all of earlier cells, none of later ones, and of its own mostly
+          // one at most, which takes no branch.
+          std::int32_t below = before + static_cast<std::int32_t>(padded[static_cast<std::size_t>(before)] <= value);
+          if (up_to - before > 1)
+            below = static_cast<std::int32_t>(std::upper_bound(padded.begin() + before, padded.begin() + up_to, value) -
+                                              padded.begin());
+          // Minus infinity itself is at no finite level; below every level there is none.
+          result[v] = std::isnan(value) ? 0 : below + base;
+        }
+      });
   return result;
 }
 
