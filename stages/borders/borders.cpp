@@ -11,7 +11,6 @@
 #include "stages/borders/loop_tracer.hpp"
 #include "stages/common/adjacency.hpp"
 #include "stages/common/gather_by_owner.hpp"
-#include "stages/common/large_pages.hpp"
 #include "stages/common/owned_edges.hpp"
 #include "stages/common/parallel.hpp"
 
@@ -42,8 +41,8 @@ std::int32_t level_of_triangle(const ComponentTree& tree, std::size_t t) {
   return node < 0 ? 0 : tree.hi_of_node[at(node)];
 }
 
-RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree,
-                    std::span<const std::int32_t> num_regions_of_node, const Execution& execution) {
+RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree, const NodePlaces& places,
+                    std::span<const std::int32_t> depth_of_place, const Execution& execution) {
   RimLevels rims;
   const std::size_t num_triangles = surface.triangles.size();
   std::vector<std::vector<std::int32_t>> of_chunk((num_triangles + kTrianglesPerChunk - 1) / kTrianglesPerChunk);
@@ -85,7 +84,9 @@ RimLevels walk_rims(const SurfaceView& surface, const ComponentTree& tree,
       half_edge = out;
     } while (half_edge != rims.half_edges[i]);
     for (const std::size_t place : loop) rims.least[place] = least;
-    if (least > 0) rims.num_loops_dropped += num_regions_of_node[at(tree.node_of_triangle[at(least_triangle)])];
+    if (least <= 0) continue;
+    const std::uint32_t place = places.of_triangle[at(least_triangle)];
+    if (place != kNoPlace) rims.num_loops_dropped += depth_of_place[place];
   }
   return rims;
 }
@@ -202,25 +203,12 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
   for (std::size_t node = 0; node < num_nodes; ++node)
     if (number_of_node[node] > 0) node_of_place.push_back(static_cast<std::int32_t>(node));
   const std::size_t num_regions = node_of_place.size();
-  std::vector<std::uint32_t> place_of_node(num_nodes, kNoPlace);  // of the smallest region that holds it
-  std::vector<std::int32_t> lo_of_place(num_regions);
-  for (std::size_t place = 0; place < num_regions; ++place) {
-    place_of_node[at(node_of_place[place])] = static_cast<std::uint32_t>(place);
-    lo_of_place[place] = tree.lo(node_of_place[place]);
-  }
-  std::vector<std::uint32_t> outer_of_place(num_regions, kNoPlace);
-  std::vector<std::int32_t> num_regions_of_node(num_nodes, 0);
-  for (std::size_t node = num_nodes; node-- > 0;) {
-    const std::int32_t parent = tree.parent_of_node[node];
-    const std::uint32_t outer = parent < 0 ? kNoPlace : place_of_node[at(parent)];
-    num_regions_of_node[node] = parent < 0 ? 0 : num_regions_of_node[at(parent)];
-    if (place_of_node[node] == kNoPlace) {
-      place_of_node[node] = outer;
-    } else {
-      outer_of_place[place_of_node[node]] = outer;
-      ++num_regions_of_node[node];
-    }
-  }
+  const NodePlaces places = places_of_nodes(tree, node_of_place, execution);
+  // How many regions hold what is in one, itself included.
+  std::vector<std::int32_t> depth_of_place(num_regions, 1);
+  for (std::size_t place = num_regions; place-- > 0;)
+    if (places.outer[place] != kNoPlace) depth_of_place[place] += depth_of_place[places.outer[place]];
+  const auto lo_of_place = [&](std::uint32_t place) { return tree.lo(node_of_place[place]); };
   const auto number_of_place = [&](std::int32_t place) { return number_of_node[at(node_of_place[at(place)])]; };
   std::vector<std::int32_t> place_of_region(num_regions), region_of_place(num_regions);
   std::iota(place_of_region.begin(), place_of_region.end(), 0);
@@ -228,37 +216,29 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
             [&](std::int32_t a, std::int32_t b) { return number_of_place(a) < number_of_place(b); });
   for (std::size_t r = 0; r < num_regions; ++r) region_of_place[at(place_of_region[r])] = static_cast<std::int32_t>(r);
 
-  const std::unique_ptr<std::uint32_t[]> place_of_triangle = make_on_large_pages<std::uint32_t>(num_triangles);
-  parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-                      const std::int32_t node = tree.node_of_triangle[t];
-                      place_of_triangle[t] = node < 0 ? kNoPlace : place_of_node[at(node)];
-                    }
-                  });
-  const RimLevels rims = walk_rims(surface, tree, num_regions_of_node, execution);
+  const RimLevels rims = walk_rims(surface, tree, places, depth_of_place, execution);
   const auto emit = [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
     const std::int32_t* twins = surface.twins.data();
-    const std::uint32_t* places = place_of_triangle.get();
-    OwnedEdges found(list, outer_of_place.data());
+    const std::uint32_t* place_of = places.of_triangle.get();
+    OwnedEdges found(list, places);
     auto rim = static_cast<std::size_t>(
         std::lower_bound(rims.half_edges.begin(), rims.half_edges.end(), static_cast<std::int64_t>(3 * begin)) -
         rims.half_edges.begin());
     for (std::size_t t = begin; t < end; ++t) {
-      const std::uint32_t here = places[t];
+      const std::uint32_t here = place_of[t];
       std::array<std::uint32_t, 3> there{};
       bool at_rim = false;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::int32_t twin = twins[3 * t + k];
         at_rim |= twin < 0;
-        there[k] = places[twin < 0 ? t : static_cast<std::uint32_t>(twin) / 3];
+        there[k] = place_of[twin < 0 ? t : static_cast<std::uint32_t>(twin) / 3];
       }
       // Behind a hole edge begin the regions that hold the whole rim.
       if (at_rim && level_of_triangle(tree, t) > 0)
         for (std::size_t k = 0; k < 3; ++k) {
           if (twins[3 * t + k] >= 0) continue;
           const std::int32_t least = rims.least[rim++];
-          while (there[k] != kNoPlace && lo_of_place[there[k]] > least) there[k] = outer_of_place[there[k]];
+          while (there[k] != kNoPlace && lo_of_place(there[k]) > least) there[k] = places.outer[there[k]];
         }
       found.put(t, here, there, [&](std::uint32_t place) { return region_of_place[place]; });
     }
@@ -269,7 +249,7 @@ BorderLoops extract_borders(const SurfaceView& surface, const ComponentTree& tre
       surface, gather_by_owner(num_triangles, num_regions, emit, execution), region_of_place,
       [&](std::size_t r) { return number_of_place(place_of_region[r]); },
       [&](std::size_t r) {
-        return [&tree, lo = lo_of_place[at(place_of_region[r])]](std::int32_t triangle) {
+        return [&tree, lo = lo_of_place(static_cast<std::uint32_t>(place_of_region[r]))](std::int32_t triangle) {
           return level_of_triangle(tree, at(triangle)) >= lo;
         };
       },

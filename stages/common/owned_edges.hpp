@@ -1,30 +1,41 @@
 #pragma once
-/// The sides of triangles across which selected nodes of a component tree end.
+/// The sides of triangles across which some nodes of a component tree end.
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
+#include "pipeline/artifacts/level_set_trees.hpp"
+#include "pipeline/execution/execution.hpp"
 #include "stages/common/gather_by_owner.hpp"
 
 namespace meshmser {
 
-/// No selected node; after all others, since children come before their parents.
+/// No node of the list; after all others, since children come before their parents.
 inline constexpr std::uint32_t kNoPlace = ~std::uint32_t{0};
 
-/// Lists half-edges of triangles by the selected nodes that end there. Of two neighbouring triangles one's node is an
-/// ancestor of the other's, so what parts them are the selected nodes from one's smallest up to the other's. Selected
-/// nodes are told by their places, ascending.
+/// Places in a list of nodes of a component tree, ascending.
+struct NodePlaces {
+  std::unique_ptr<std::uint32_t[]> of_triangle;  ///< of the smallest node of the list that holds it, or kNoPlace
+  std::vector<std::uint32_t> outer;              ///< of places, that of the nearest node around it, or kNoPlace
+};
+
+/// O(N + F).
+NodePlaces places_of_nodes(const ComponentTree& tree, std::span<const std::int32_t> nodes, const Execution& execution);
+
+/// Lists half-edges of triangles by the nodes that end there. Of two neighbouring triangles one's node is an
+/// ancestor of the other's, so what parts them are the listed nodes from one's smallest up to the other's.
 class OwnedEdges {
  public:
-  /// `list`: gets longer than what is found, until `finish`. `outer`: of places, that of the nearest selected ancestor,
-  /// or kNoPlace.
-  OwnedEdges(std::vector<OwnedHalfEdge>& list, const std::uint32_t* outer) : list_(list), outer_(outer) {}
+  /// `list` gets longer than what is found, until `finish`.
+  OwnedEdges(std::vector<OwnedHalfEdge>& list, const NodePlaces& places) : list_(list), outer_(places.outer.data()) {}
 
-  /// `here`: the place of the smallest selected node that holds triangle t; `there`: those of its neighbours, `here`
-  /// where there is none. `owner_of(place)`: what is put down.
+  /// `here`: the place of triangle t; `there`: those of its neighbours, `here` where there is none. `owner_of(place)`:
+  /// what is put down.
   template <class OwnerOf>
   void put(std::size_t t, std::uint32_t here, const std::array<std::uint32_t, 3>& there, OwnerOf&& owner_of) {
     const std::uint32_t farthest = std::max({there[0], there[1], there[2]});

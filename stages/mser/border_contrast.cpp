@@ -11,31 +11,11 @@
 #include "stages/common/large_pages.hpp"
 #include "stages/common/owned_edges.hpp"
 #include "stages/common/parallel.hpp"
-#include "stages/mser/filters.hpp"
-#include "stages/mser/node_attributes.hpp"
 
 namespace meshmser {
 namespace {
 
-constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
 constexpr std::size_t kBandAhead = 16;  ///< triangles of a front whose neighbours are fetched ahead
-
-/// Of every triangle, the place in `selected` of the smallest node that holds it, or kNoPlace.
-std::unique_ptr<std::uint32_t[]> places_of_triangles(const ComponentTree& tree, std::span<const std::int32_t> selected,
-                                                     const Execution& execution) {
-  const std::vector<std::int32_t> place = smallest_listed_nodes(tree, selected);
-  const std::size_t num_triangles = tree.node_of_triangle.size();
-  std::unique_ptr<std::uint32_t[]> places = make_on_large_pages<std::uint32_t>(num_triangles);
-  parallel_chunks(static_cast<std::int64_t>(num_triangles), kTrianglesPerChunk, "", execution,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-                      const std::int32_t node = tree.node_of_triangle[t];
-                      places[t] =
-                          node < 0 ? kNoPlace : static_cast<std::uint32_t>(place[static_cast<std::size_t>(node)]);
-                    }
-                  });
-  return places;
-}
 
 /// All that a walk needs of a triangle, in half a line of the processor's cache. Places and values count from near the
 /// mesh, so that 24 bits are plenty for means over bands.
@@ -54,9 +34,7 @@ struct BandMesh {
 BandMesh make_band_mesh(const SurfaceView& surface, const ComponentTree& tree, std::span<const std::int32_t> selected,
                         std::span<const double> triangle_values, std::span<const double> areas,
                         const Execution& execution) {
-  const std::unique_ptr<std::uint32_t[]> place_of_triangle = places_of_triangles(tree, selected, execution);
-  const std::vector<std::int32_t> ancestors = nearest_selected_ancestors(tree, selected);
-  const std::vector<std::uint32_t> outer_of_place(ancestors.begin(), ancestors.end());  // -1 becomes kNoPlace
+  const NodePlaces places = places_of_nodes(tree, selected, execution);
   BandMesh mesh;
   const auto corner = [&](std::size_t t, std::size_t k) -> const Eigen::Vector3d& {
     return surface.positions[static_cast<std::size_t>(surface.triangles[t][k])];
@@ -73,8 +51,8 @@ BandMesh make_band_mesh(const SurfaceView& surface, const ComponentTree& tree, s
       mesh.num_triangles, selected.size(),
       [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
         const std::int32_t* twins = surface.twins.data();
-        const std::uint32_t* places = place_of_triangle.get();
-        OwnedEdges found(list, outer_of_place.data());
+        const std::uint32_t* place_of = places.of_triangle.get();
+        OwnedEdges found(list, places);
         for (std::size_t t = begin; t < end; ++t) {
           BandTriangle& of = triangles[t];
           const Eigen::Vector3d centroid = (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3 - origin;
@@ -83,10 +61,10 @@ BandMesh make_band_mesh(const SurfaceView& surface, const ComponentTree& tree, s
             of.centroid[k] = static_cast<float>(centroid[static_cast<Eigen::Index>(k)]);
             const std::int32_t twin = twins[3 * t + k];
             of.neighbours[k] = static_cast<std::uint32_t>(twin < 0 ? t : static_cast<std::uint32_t>(twin) / 3);
-            there[k] = places[of.neighbours[k]];
+            there[k] = place_of[of.neighbours[k]];
           }
           of.sums = {static_cast<float>(areas[t] * (triangle_values[t] - first_value)), static_cast<float>(areas[t])};
-          found.put(t, places[t], there, [](std::uint32_t place) { return static_cast<std::int32_t>(place); });
+          found.put(t, place_of[t], there, [](std::uint32_t place) { return static_cast<std::int32_t>(place); });
         }
         found.finish();
       },
@@ -207,7 +185,7 @@ std::vector<double> border_contrasts(const SurfaceView& surface, const Component
     return std::span(mesh.level_edges.half_edges)
         .subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first));
   };
-  // As many walks as threads work at a time, since each holds a number a triangle.
+  // As many walks as threads work at a time, since each holds a byte a triangle.
   std::mutex mutex;
   std::vector<std::unique_ptr<BandWalk>> idle;
   parallel_chunks(static_cast<std::int64_t>(selected.size()), 8, "", execution,

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stages/common/parallel.hpp"
+#include "stages/common/tree_nodes.hpp"
 #include "stages/mser/fit_shapes.hpp"
 #include "stages/mser/node_attributes.hpp"
 #include "stages/mser/stability.hpp"

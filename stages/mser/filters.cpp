@@ -4,6 +4,7 @@
 #include <numeric>
 #include <queue>
 
+#include "stages/common/tree_nodes.hpp"
 #include "stages/mser/stability.hpp"
 
 namespace meshmser {
@@ -29,7 +30,7 @@ std::strong_ordering compare_nodes(const ComponentTree& tree, std::span<const st
 std::vector<std::int32_t> filter_most_stable(const ComponentTree& tree, std::span<const std::int64_t> changes,
                                              std::span<const std::int32_t> selected, NodeFates* fates) {
   const std::vector<std::int32_t> smallest = smallest_triangle_of_nodes(tree);
-  const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
+  const std::vector<std::int32_t> ancestor = nearest_listed_ancestors(tree, selected);
   std::vector<std::int32_t> order(selected.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](std::int32_t i, std::int32_t j) {
@@ -89,27 +90,11 @@ std::vector<std::int32_t> filter_persistence(const Maxima& maxima, std::span<con
   return keep_if(selected, [&](std::int32_t node) { return maxima.persistence_of_node(node) >= least; });
 }
 
-std::vector<std::int32_t> nearest_selected_ancestors(const ComponentTree& tree,
-                                                     std::span<const std::int32_t> selected) {
-  std::vector<std::int32_t> ancestor(selected.size(), -1);
-  // The selected nodes whose subtree is not left yet; in descending order a node comes before all of its subtree.
-  std::vector<std::int32_t> open;
-  for (std::size_t i = selected.size(); i-- > 0;) {
-    const std::int32_t node = selected[i];
-    while (!open.empty() &&
-           tree.first_node_of_subtree[static_cast<std::size_t>(selected[static_cast<std::size_t>(open.back())])] > node)
-      open.pop_back();
-    if (!open.empty()) ancestor[i] = open.back();
-    open.push_back(static_cast<std::int32_t>(i));
-  }
-  return ancestor;
-}
-
 std::vector<std::int32_t> filter_diversity(const ComponentTree& tree, std::span<const std::int64_t> changes,
                                            std::span<const std::int32_t> selected, double least, NodeFates* fates) {
   if (least <= 0 || selected.empty()) return {selected.begin(), selected.end()};
   const std::vector<std::int32_t> smallest = smallest_triangle_of_nodes(tree);
-  const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
+  const std::vector<std::int32_t> ancestor = nearest_listed_ancestors(tree, selected);
   const auto node_at = [&](std::int32_t i) { return selected[static_cast<std::size_t>(i)]; };
   // Smallest triangle first; of nodes that share it the larger, which comes later in the postorder.
   const auto later = [&](std::int32_t i, std::int32_t j) {
@@ -159,7 +144,7 @@ std::vector<std::int32_t> filter_nested(const ComponentTree& tree, std::span<con
                                         std::span<const std::int32_t> selected, Nested nested, NodeFates* fates) {
   if (nested == Nested::kKeep) return {selected.begin(), selected.end()};
   if (nested == Nested::kMostStable) return filter_most_stable(tree, changes, selected, fates);
-  const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, selected);
+  const std::vector<std::int32_t> ancestor = nearest_listed_ancestors(tree, selected);
   // For whom each goes: the nearest around it, or the first within it; an index into `selected`, or -1.
   std::vector<std::int32_t> rival(nested == Nested::kOutermost ? ancestor
                                                                : std::vector<std::int32_t>(selected.size(), -1));

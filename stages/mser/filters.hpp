@@ -47,7 +47,4 @@ std::vector<std::int32_t> filter_nested(const ComponentTree& tree, std::span<con
                                         std::span<const std::int32_t> selected, Nested nested,
                                         NodeFates* fates = nullptr);
 
-/// The nearest selected proper ancestor of each selected node, as an index into `selected` (ascending), or -1. O(N).
-std::vector<std::int32_t> nearest_selected_ancestors(const ComponentTree& tree, std::span<const std::int32_t> selected);
-
 }  // namespace meshmser

@@ -11,6 +11,7 @@
 #include "pipeline/execution/error.hpp"
 #include "stages/common/adjacency.hpp"
 #include "stages/common/least_eigen.hpp"
+#include "stages/common/tree_nodes.hpp"
 #include "stages/mser/filters.hpp"
 #include "stages/mser/stability.hpp"
 
@@ -301,7 +302,7 @@ std::vector<NodeAttributes> attributes_of_nodes(const SurfaceView& surface, cons
   const std::vector<std::int32_t> place_of_node = smallest_listed_nodes(tree, nodes);
   Summation summation(surface, tree, place_of_node, nodes.size());
   std::vector<Sums> sums = summation.run(values, areas);
-  const std::vector<std::int32_t> ancestor = nearest_selected_ancestors(tree, nodes);
+  const std::vector<std::int32_t> ancestor = nearest_listed_ancestors(tree, nodes);
   for (std::size_t i = 0; i < nodes.size(); ++i)
     if (ancestor[i] >= 0) sums[static_cast<std::size_t>(ancestor[i])].add(sums[i]);
   std::vector<NodeAttributes> result(nodes.size());
@@ -318,15 +319,6 @@ std::vector<NodeAttributes> attributes_of_nodes(const SurfaceView& surface, cons
   std::vector<std::int32_t> all(tree.num_nodes());
   std::iota(all.begin(), all.end(), 0);
   return attributes_of_nodes(surface, tree, all, values, areas);
-}
-
-std::vector<std::int32_t> smallest_listed_nodes(const ComponentTree& tree, std::span<const std::int32_t> nodes) {
-  std::vector<std::int32_t> place(tree.num_nodes(), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    place[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
-  for (std::size_t n = tree.num_nodes(); n-- > 0;)
-    if (place[n] < 0 && tree.parent_of_node[n] >= 0) place[n] = place[static_cast<std::size_t>(tree.parent_of_node[n])];
-  return place;
 }
 
 }  // namespace meshmser

@@ -58,7 +58,4 @@ std::vector<NodeAttributes> attributes_of_nodes(const SurfaceView& surface, cons
 std::vector<NodeAttributes> attributes_of_nodes(const SurfaceView& surface, const ComponentTree& tree,
                                                 std::span<const double> values, std::span<const double> areas);
 
-/// The place in `nodes` (ascending) of the smallest of them that holds each node of the tree (#N); -1: none. O(N).
-std::vector<std::int32_t> smallest_listed_nodes(const ComponentTree& tree, std::span<const std::int32_t> nodes);
-
 }  // namespace meshmser

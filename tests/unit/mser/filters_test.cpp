@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "stages/common/tree_nodes.hpp"
 #include "tests/unit/mser/hand_made_tree.hpp"
 
 namespace meshmser {
@@ -72,7 +73,7 @@ TEST(FilterNested, KeepsWhatIsAskedFor) {
   ComponentTree tree = make_tree({{1, 5, 10}, {3, 4, 10}, {3, 4, 15}, {4, 2, 5}, {-1, 1, 100}}, 5);
   const auto changes = changes_for(tree, {5, 4, 9, 6, 0});
   const std::vector<std::int32_t> selected = {0, 1, 2, 3};
-  EXPECT_THAT(nearest_selected_ancestors(tree, selected), ElementsAre(1, 3, 3, -1));
+  EXPECT_THAT(nearest_listed_ancestors(tree, selected), ElementsAre(1, 3, 3, -1));
   EXPECT_THAT(filter_nested(tree, changes, selected, Nested::kKeep), ElementsAre(0, 1, 2, 3));
   EXPECT_THAT(filter_nested(tree, changes, selected, Nested::kOutermost), ElementsAre(3));
   EXPECT_THAT(filter_nested(tree, changes, selected, Nested::kInnermost), ElementsAre(0, 2));
