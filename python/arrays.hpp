@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +24,24 @@ using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
 
 static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double) && sizeof(std::array<std::int32_t, 3>) == 12,
               "rows of three lie side by side");
+
+/// Ids and labels, which the library counts in 32 bits; what is no whole number or does not fit is refused rather than
+/// cut. Throws TypeError or ValueError.
+inline Array<std::int32_t> whole_numbers(const py::object& given, const std::string& name) {
+  const py::array array = py::array::ensure(given);
+  if (!array) throw py::type_error(name + ": expected an array of whole numbers");
+  const char kind = array.dtype().kind();
+  if (kind == 'b')
+    throw py::type_error(name + ": expected whole numbers, got a mask; numpy.flatnonzero(mask) gives the numbers");
+  if (kind != 'i' && kind != 'u' && array.size() > 0)
+    throw py::type_error(name + ": expected whole numbers, got " + std::string(py::str(array.dtype())));
+  if (array.size() > 0 && (array.itemsize() > 4 || kind == 'u')) {
+    const py::int_ least(std::numeric_limits<std::int32_t>::min()), most(std::numeric_limits<std::int32_t>::max());
+    if (py::object(array.attr("min")()) < least || py::object(array.attr("max")()) > most)
+      throw py::value_error(name + ": a number does not fit into 32 bits");
+  }
+  return Array<std::int32_t>::ensure(array);
+}
 
 /// The values of a one-dimensional array. Throws ValueError otherwise.
 template <class T>

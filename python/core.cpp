@@ -8,7 +8,6 @@
 #include <limits>
 #include <optional>
 #include <type_traits>
-#include <variant>
 
 #include "pipeline/execution/error.hpp"
 #include "python/arrays.hpp"
@@ -16,7 +15,9 @@
 #include "python/run.hpp"
 #include "stages/borders/borders.hpp"
 #include "stages/common/adjacency.hpp"
+#include "stages/mser/border_contrast.hpp"
 #include "stages/mser/describe_regions.hpp"
+#include "stages/mser/grow.hpp"
 #include "stages/mser/label_triangles.hpp"
 #include "stages/mser/select_mser.hpp"
 #include "stages/mser/stability.hpp"
@@ -50,11 +51,11 @@ void expect_size(const char* name, std::size_t is, std::size_t expected, const c
                           std::to_string(expected) + " " + of);
 }
 
-std::unique_ptr<Surface> make_surface(Array<double> positions, Array<std::int32_t> triangles,
+std::unique_ptr<Surface> make_surface(Array<double> positions, const py::object& triangles,
                                       const std::optional<Array<bool>>& exclude, int threads) {
   auto surface = std::make_unique<Surface>();
   surface->positions = std::move(positions);
-  surface->triangles = std::move(triangles);
+  surface->triangles = whole_numbers(triangles, "triangles");
   const SurfaceView view = surface->view();
   if (exclude) {
     const auto flags = values_of(*exclude, "exclude");
@@ -80,18 +81,25 @@ Polarity polarity_of(const std::string& name) {
   throw py::value_error("polarity: expected upper or lower, got " + name + "; for shapes call build_tree_of_shapes");
 }
 
-using Levels = std::variant<std::int32_t, Array<double>>;
-
-std::vector<double> levels_of(const Levels& given, std::span<const double> values, std::pair<double, double> range,
+std::vector<double> levels_of(const py::object& given, std::span<const double> values, std::pair<double, double> range,
                               Polarity polarity) {
   LevelParameters parameters;
-  if (const auto* list = std::get_if<Array<double>>(&given)) {
-    const auto levels = values_of(*list, "levels");
+  const py::array array = py::array::ensure(given);
+  const char kind = array ? array.dtype().kind() : '?';
+  if (!array || array.ndim() > 1 || (array.ndim() == 0 && kind != 'i' && kind != 'u'))
+    throw py::value_error("levels: expected a whole number, or the levels in an array of one dimension");
+  if (array.ndim() == 1) {
+    const Array<double> list = Array<double>::ensure(array);
+    if (!list) throw py::value_error("levels: expected numbers");
+    const auto levels = values_of(list, "levels");
     parameters.rule = LevelRule::kList;
     parameters.list.assign(levels.begin(), levels.end());
   } else {
-    parameters.count = std::get<std::int32_t>(given);
-    if (parameters.count < 2) throw py::value_error("levels: expected 2 or more");
+    constexpr std::int32_t kMost = 1000000;
+    const py::int_ count(given);
+    if (count < py::int_(2) || count > py::int_(kMost))
+      throw py::value_error("levels: expected 2 to " + std::to_string(kMost));
+    parameters.count = count.cast<std::int32_t>();
     std::tie(parameters.low_quantile, parameters.high_quantile) = range;
     if (!(range.first >= 0 && range.first < range.second && range.second <= 1))
       throw py::value_error("range: expected two quantiles between 0 and 1, the smaller first");
@@ -116,7 +124,7 @@ std::vector<double> values_that_count(const Surface& surface, const Array<double
   return values;
 }
 
-std::unique_ptr<ComponentTree> build_tree(const Surface& surface, const Array<double>& scalar, const Levels& levels,
+std::unique_ptr<ComponentTree> build_tree(const Surface& surface, const Array<double>& scalar, const py::object& levels,
                                           std::pair<double, double> range, const std::string& polarity_name,
                                           int threads) {
   const Polarity polarity = polarity_of(polarity_name);
@@ -134,9 +142,9 @@ std::unique_ptr<ComponentTree> build_tree(const Surface& surface, const Array<do
   });
 }
 
-std::unique_ptr<ComponentTree> build_shapes(const Surface& surface, const Array<double>& scalar, const Levels& levels,
-                                            std::pair<double, double> range, std::optional<std::int32_t> root,
-                                            int threads) {
+std::unique_ptr<ComponentTree> build_shapes(const Surface& surface, const Array<double>& scalar,
+                                            const py::object& levels, std::pair<double, double> range,
+                                            std::optional<std::int32_t> root, int threads) {
   const std::vector<double> values = values_that_count(surface, scalar);
   if (root && (*root < 0 || static_cast<std::size_t>(*root) >= surface.num_vertices()))
     throw py::value_error("root: expected a vertex, from 0 to " + std::to_string(surface.num_vertices()) +
@@ -164,7 +172,8 @@ py::array select(const Surface& surface, const ComponentTree& tree, std::int32_t
   }));
 }
 
-std::vector<std::int32_t> checked_nodes(const ComponentTree& tree, const Array<std::int32_t>& array) {
+std::vector<std::int32_t> checked_nodes(const ComponentTree& tree, const py::object& listed) {
+  const Array<std::int32_t> array = whole_numbers(listed, "nodes");
   const auto given = values_of(array, "nodes");
   std::vector<std::int32_t> nodes(given.begin(), given.end());
   std::sort(nodes.begin(), nodes.end());
@@ -182,8 +191,7 @@ struct Regions {
   std::vector<std::int32_t> label_of_triangle;
 };
 
-std::unique_ptr<Regions> label(const std::vector<const ComponentTree*>& trees,
-                               const std::vector<Array<std::int32_t>>& nodes) {
+std::unique_ptr<Regions> label(const std::vector<const ComponentTree*>& trees, const std::vector<py::object>& nodes) {
   if (trees.size() != nodes.size()) throw py::value_error("expected one array of nodes for each tree");
   if (trees.empty()) throw py::value_error("expected at least one tree");
   auto result = std::make_unique<Regions>();
@@ -229,12 +237,14 @@ py::dict columns_of(std::vector<Record> given) {
   return columns;
 }
 
-py::dict attributes(const Surface& surface, const Regions& regions, const Array<double>& scalar, std::int32_t delta) {
+py::dict attributes(const Surface& surface, const Regions& regions, const Array<double>& scalar, std::int32_t delta,
+                    std::optional<double> band) {
   const auto values = values_of(scalar, "values");
   expect_size("values", values.size(), surface.num_vertices(), "vertices");
   expect_size("labels", regions.label_of_triangle.size(), surface.num_triangles(), "triangles");
+  if (band && !(*band > 0)) throw py::value_error("band: expected a length greater than 0");
   const SurfaceView view = surface.view();
-  return columns_of(interruptible(0, [&](const Execution& execution) {
+  py::dict columns = columns_of(interruptible(0, [&](const Execution& execution) {
     std::vector<TreeSelection> selections(regions.trees.size());
     for (std::size_t i = 0; i < regions.trees.size(); ++i) {
       selections[i].changes = change_of_nodes(regions.trees[i], delta);
@@ -244,8 +254,23 @@ py::dict attributes(const Surface& surface, const Regions& regions, const Array<
       std::sort(selections[i].selected.begin(), selections[i].selected.end());
       execution.check();
     }
-    return describe_regions(view, regions.trees, selections, regions.regions, values, surface.areas);
+    std::vector<Region> described =
+        describe_regions(view, regions.trees, selections, regions.regions, values, surface.areas);
+    if (!band) return described;
+    const std::vector<double> means = triangle_means(view, values, execution);
+    for (std::size_t i = 0; i < selections.size(); ++i) {
+      const std::vector<std::int32_t>& nodes = selections[i].selected;
+      const std::vector<double> contrasts =
+          border_contrasts(view, regions.trees[i], nodes, means, surface.areas, *band, execution);
+      for (std::size_t r = 0; r < described.size(); ++r)
+        if (regions.regions[r].tree == static_cast<std::int32_t>(i))
+          described[r].contrast = contrasts[static_cast<std::size_t>(
+              std::lower_bound(nodes.begin(), nodes.end(), regions.regions[r].node) - nodes.begin())];
+    }
+    return described;
   }));
+  if (!band) columns.attr("pop")("contrast");
+  return columns;
 }
 
 std::unique_ptr<BorderLoops> region_borders(const Surface& surface, const Regions& regions, int threads) {
@@ -263,8 +288,9 @@ std::unique_ptr<BorderLoops> region_borders(const Surface& surface, const Region
   });
 }
 
-std::unique_ptr<BorderLoops> label_borders(const Surface& surface, const Array<std::int32_t>& labels, int threads) {
-  const auto label_of_triangle = values_of(labels, "labels");
+std::unique_ptr<BorderLoops> label_borders(const Surface& surface, const py::object& labels, int threads) {
+  const Array<std::int32_t> numbers = whole_numbers(labels, "labels");
+  const auto label_of_triangle = values_of(numbers, "labels");
   expect_size("labels", label_of_triangle.size(), surface.num_triangles(), "triangles");
   const SurfaceView view = surface.view();
   return interruptible(threads, [&](const Execution& execution) {
@@ -349,6 +375,7 @@ void declare_trees(py::module_& module) {
       .def(
           "cut",
           [](const ComponentTree& t, double value) {
+            if (std::isnan(value)) throw py::value_error("value: expected a number");
             return to_array(interruptible(0, [&](const Execution&) {
                               return cut_tree(t, level_of_value(t, value));
                             }).component_of_triangle);
@@ -359,6 +386,8 @@ void declare_trees(py::module_& module) {
       .def(
           "simplify",
           [](const ComponentTree& t, double min_area, double min_persistence) {
+            if (!(min_area >= 0)) throw py::value_error("min_area: expected a number, at least 0");
+            if (!(min_persistence >= 0)) throw py::value_error("min_persistence: expected a number, at least 0");
             return interruptible(0, [&](const Execution&) {
               ComponentTree result = simplify_tree(t, nodes_of_area(t, min_area));
               return simplify_tree(result, nodes_of_persistence(result, min_persistence));
@@ -418,7 +447,9 @@ void declare_regions(py::module_& module) {
   module.def("label_triangles", &label, py::arg("trees"), py::arg("nodes"),
              "Regions of selected nodes: a list of trees of one mesh, and the nodes of each.");
   module.def("describe_regions", &attributes, py::arg("surface"), py::arg("regions"), py::arg("values"),
-             py::arg("delta") = 3, "Attributes of the regions, an array each, by name.");
+             py::arg("delta") = 3, py::arg("band") = py::none(),
+             "Attributes of the regions, an array each, by name. band: the width on each side of a border, in units of "
+             "the coordinates, over which contrast is measured; None: no contrast.");
 
   py::class_<BorderLoops>(module, "Borders",
                           "Closed loops of half-edges 3 t + k, the region on the left; loop i has the edges "

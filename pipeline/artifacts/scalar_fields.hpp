@@ -27,6 +27,14 @@ struct ScalarField {
   }
 };
 
+/// A scalar's unit for people: `1/unit` with millimetres is `1/mm`; as it is where the unit of the coordinates is not
+/// known (empty or `unit`).
+inline std::string unit_for_people(std::string scalar_unit, const std::string& unit_of_coordinates) {
+  const std::size_t at = scalar_unit.find("unit");
+  if (at != std::string::npos && !unit_of_coordinates.empty()) scalar_unit.replace(at, 4, unit_of_coordinates);
+  return scalar_unit;
+}
+
 struct ScalarFields {
   std::vector<ScalarField> fields;
   double radius = 0;       ///< the scale at which they were measured, in coordinate units

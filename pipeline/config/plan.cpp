@@ -149,14 +149,27 @@ class Planner {
 
   void report_missing(std::size_t stage, const InputPort& port) {
     const StageEntry& entry = stages_[stage];
+    // Later stages that miss the same are not the cause.
+    if (std::find(missing_.begin(), missing_.end(), port.type) != missing_.end()) return;
+    missing_.push_back(port.type);
     std::string message = "no stage before '" + entry.name + "' makes its input '" + port.name + "' (" +
                           std::string(artifact_name(port.type)) + ")";
     for (std::size_t i = stage + 1; i < stages_.size(); ++i)
       if (made_by_kind(stages_[i].definition, port.type))
         return problem(entry.location, message + "; '" + stages_[i].name + "' stands after it");
+    std::vector<const StageDefinition*> tried;
+    for (std::size_t i = 0; i < stage; ++i)
+      if (made_by_kind(stages_[i].definition, port.type)) {
+        tried.push_back(stages_[i].definition);
+        std::string files;
+        for (const std::filesystem::path& file : stages_[i].definition->files(stages_[i].parameters.get()))
+          files += (files.empty() ? " in " : ", ") + file.filename().string();
+        message += (tried.size() == 1 ? ": '" : ", '") + stages_[i].name + "' finds none" + files;
+      }
     std::string makers;
     for (const StageDefinition* definition : all_stages())
-      if (definition != entry.definition && made_by_kind(definition, port.type)) {
+      if (definition != entry.definition && made_by_kind(definition, port.type) &&
+          std::find(tried.begin(), tried.end(), definition) == tried.end()) {
         makers += makers.empty() ? "'" : " or '";
         makers.append(definition->info.name).append("'");
       }
@@ -174,7 +187,8 @@ class Planner {
 
   const std::vector<StageEntry>& stages_;
   const std::vector<char>& unsure_;
-  bool anything_before_ = false;  // a stage that is not known stands before and may make whatever is missing
+  std::vector<std::size_t> missing_;  // types of artifacts that were told to be missing
+  bool anything_before_ = false;      // a stage that is not known stands before and may make whatever is missing
   Plan plan_;
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipeline/artifacts/artifact.hpp"
+#include "pipeline/artifacts/scalar_fields.hpp"
 #include "pipeline/execution/execution.hpp"
 #include "pipeline/stage/parameter.hpp"
 
@@ -152,11 +153,12 @@ class RunContext {
     if (is_idle)
       warn(std::string(parameter) + " is given but changes nothing: only " + std::string(used_by) + " uses it");
   }
+  /// `unit`: for people, but a scalar's own unit will do.
   void report(std::string name, std::int64_t value, std::string unit = "") {
-    report_.push_back({std::move(name), value, std::move(unit)});
+    report_.push_back({std::move(name), value, unit_for_people(std::move(unit), units_)});
   }
   void report(std::string name, double value, std::string unit = "") {
-    report_.push_back({std::move(name), value, std::move(unit)});
+    report_.push_back({std::move(name), value, unit_for_people(std::move(unit), units_)});
   }
   void report(std::string name, std::string value) { report_.push_back({std::move(name), std::move(value), ""}); }
 

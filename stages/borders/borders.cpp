@@ -21,6 +21,7 @@ constexpr std::int32_t kNone = -1;
 /// Small enough to share out, large enough to cost nothing.
 constexpr std::int64_t kEdgesPerGroup = 1 << 15;
 constexpr std::int64_t kTrianglesPerChunk = 1 << 16;
+constexpr std::size_t kAlwaysTaken = 1 << 20;  ///< labels up to here, however few triangles there are
 
 std::size_t at(std::int32_t i) {
   return static_cast<std::size_t>(i);
@@ -265,6 +266,10 @@ BorderLoops extract_label_borders(const SurfaceView& surface, std::span<const st
     throw StageError("label borders need one label a triangle and one twin a half-edge");
   std::int32_t num_labels = 0;
   for (const std::int32_t label : label_of_triangle) num_labels = std::max(num_labels, label);
+  // There are lists as long as the greatest label.
+  if (static_cast<std::size_t>(num_labels) > std::max(num_triangles, kAlwaysTaken))
+    throw StageError("label " + std::to_string(num_labels) + " of a mesh of " + std::to_string(num_triangles) +
+                     " triangles: labels count patches from 1 on; number them without such gaps");
   const auto emit = [&](std::size_t begin, std::size_t end, std::vector<OwnedHalfEdge>& list) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::int32_t label = label_of_triangle[t];

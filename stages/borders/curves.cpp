@@ -1,6 +1,7 @@
 #include "stages/borders/curves.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <string>
 
 #include "stages/common/adjacency.hpp"
@@ -11,6 +12,23 @@ namespace {
 
 /// Rounds of averaging; more change nothing that can be seen, since a wave of ten points is flat after them.
 constexpr int kSmoothingRounds = 30;
+
+/// So many points an edge, and this many more, are more than any mesh has but one with a hub: about three an edge are
+/// usual.
+constexpr std::int64_t kPointsPerEdge = 64, kMorePoints = std::int64_t{1} << 22;
+
+/// The vertex at which most triangles meet is to blame: a curve runs through all of those outside each time.
+[[noreturn]] void refuse_hub(const SurfaceView& surface, std::int64_t most) {
+  std::vector<std::int32_t> num_triangles(surface.positions.size(), 0);
+  for (const auto& corners : surface.triangles)
+    for (const std::int32_t v : corners) ++num_triangles[static_cast<std::size_t>(v)];
+  const std::int32_t hub = *std::max_element(num_triangles.begin(), num_triangles.end());
+  throw StageError("interpolated borders would have more than " + std::to_string(most) +
+                   " points: " + std::to_string(hub) +
+                   " triangles meet at one vertex, and the curve of every region there runs through those outside it; "
+                   "set borders.interpolate to "
+                   "false, or leave small regions out (mser.min_area)");
+}
 
 struct Point {
   Eigen::Vector3d position;
@@ -136,15 +154,20 @@ BorderCurves interpolate_borders(const SurfaceView& surface, std::span<const dou
       throw StageError("a border loop belongs to region " + std::to_string(owner) + ", but there are " +
                        std::to_string(regions.size()) + " regions");
   std::vector<std::vector<Point>> curves(loops.num_loops());
+  const std::int64_t most = kPointsPerEdge * static_cast<std::int64_t>(loops.half_edges.size()) + kMorePoints;
+  std::atomic<std::int64_t> num_points{0};
   parallel_chunks(
       static_cast<std::int64_t>(loops.num_loops()), 64, "curves", execution, [&](std::int64_t begin, std::int64_t end) {
         for (auto l = static_cast<std::size_t>(begin); l < static_cast<std::size_t>(end); ++l) {
+          if (num_points > most) return;
           const std::int64_t first = loops.first_edge_of_loop[l];
           CurveWalk walk(surface, values, regions[static_cast<std::size_t>(loops.owner_of_loop[l] - 1)]);
           curves[l] = walk.run(
               {loops.half_edges.data() + first, static_cast<std::size_t>(loops.first_edge_of_loop[l + 1] - first)});
+          num_points += static_cast<std::int64_t>(curves[l].size());
         }
       });
+  if (num_points > most) refuse_hub(surface, most);
   BorderCurves result;
   result.first_point_of_curve.push_back(0);
   for (const std::vector<Point>& curve : curves) {

@@ -188,13 +188,6 @@ Picture picture_of_scalar(const TriangleMesh& mesh, std::span<const double> valu
   return picture;
 }
 
-std::string unit_for_people(const std::string& scalar_unit, const std::string& unit_of_coordinates) {
-  std::string text = scalar_unit;
-  const std::size_t at = text.find("unit");
-  if (at != std::string::npos && !unit_of_coordinates.empty()) text.replace(at, 4, unit_of_coordinates);
-  return text;
-}
-
 Picture picture_of_shape(const TriangleMesh& mesh, BorderLines borders) {
   Picture picture;
   picture.lines = std::move(borders);

@@ -58,10 +58,6 @@ Picture picture_of_labels(const TriangleMesh& mesh, std::span<const std::int32_t
 Picture picture_of_scalar(const TriangleMesh& mesh, std::span<const double> value_of_vertex, const std::string& name,
                           const std::string& scalar_unit, BorderLines borders,
                           const std::optional<ColourMap>& map = {});
-/// A scalar's unit for people: `1/unit` with millimetres is `1/mm`; as it is where the unit is not known (empty or
-/// `unit`).
-std::string unit_for_people(const std::string& scalar_unit, const std::string& unit_of_coordinates);
-
 /// In one colour: the shape alone.
 Picture picture_of_shape(const TriangleMesh& mesh, BorderLines borders);
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "pipeline/artifacts/scalar_fields.hpp"
 #include "pipeline/formats/geometry_file.hpp"
 #include "pipeline/stage/command.hpp"
 #include "stages/export/render.hpp"

@@ -1,4 +1,5 @@
 #include "pipeline/stage/stage.hpp"
+#include "pipeline/artifacts/scalar_fields.hpp"
 
 #include <fmt/format.h>
 
@@ -150,12 +151,10 @@ class Writer {
     file("label_borders.csv", [&](const auto& path) { write_borders_csv(path, *r_.mesh, r_.borders->labels); });
     if (p_.drawings != "none" && r_.borders->labels.num_loops() > 0) {
       const DrawingAxes axes = drawing_axes();
-      file("label_borders.svg", [&](const auto& path) {
-        write_borders_svg(path, *r_.mesh, r_.borders->labels, axes, context_.units());
-      });
-      file("label_borders.dxf", [&](const auto& path) {
-        write_borders_dxf(path, *r_.mesh, r_.borders->labels, axes, context_.units());
-      });
+      file("label_borders.svg",
+           [&](const auto& path) { write_borders_svg(path, *r_.mesh, r_.borders->labels, axes, context_.units()); });
+      file("label_borders.dxf",
+           [&](const auto& path) { write_borders_dxf(path, *r_.mesh, r_.borders->labels, axes, context_.units()); });
     }
     for (const auto& [name, curves] : {std::pair("borders_interpolated.obj", &r_.borders->interpolated),
                                        std::pair("borders_smooth.obj", &r_.borders->smooth)})
@@ -265,10 +264,9 @@ struct ExportStage {
     for (const std::string& view : p.views)
       if (std::find(known.begin(), known.end(), view) == known.end())
         problems.emplace_back("views", fmt::format("unknown view '{}'; known are {}", view, fmt::join(known, ", ")));
-    if (p.drawings != "fit" && p.drawings != "none" &&
-        std::find(known.begin(), known.end(), p.drawings) == known.end())
-      problems.emplace_back("drawings", fmt::format("unknown plane '{}'; known are fit, none, {}", p.drawings,
-                                                    fmt::join(known, ", ")));
+    if (p.drawings != "fit" && p.drawings != "none" && std::find(known.begin(), known.end(), p.drawings) == known.end())
+      problems.emplace_back(
+          "drawings", fmt::format("unknown plane '{}'; known are fit, none, {}", p.drawings, fmt::join(known, ", ")));
     return problems;
   }
 

@@ -205,7 +205,7 @@ class Builder {
     if (repair == MeshRepair::kNone) {
       if (!crowded.empty()) refuse(groups, crowded, "non-manifold", "an edge may have two triangles at most");
       if (!disagreeing.empty())
-        refuse(groups, disagreeing, "inconsistently oriented", "its two triangles must turn the same way");
+        refuse(groups, disagreeing, "inconsistently oriented", "the two triangles of an edge must turn the same way");
     }
     if (repair == MeshRepair::kDrop && !crowded.empty()) {
       drop_smaller(groups, crowded);

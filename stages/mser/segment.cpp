@@ -56,7 +56,9 @@ void check(const SegmentInputs& inputs, const SegmentParameters& parameters) {
     if (!(parameters.flood_width > 0)) throw StageError("flooding facets needs a width greater than 0");
   }
   if (parameters.select == Select::kMeaningful && !(parameters.independent > 0 && parameters.max_false_alarms > 0))
-    throw StageError("selecting meaningful lines needs a distance and a number of false alarms greater than 0");
+    throw StageError(
+        "selecting meaningful lines needs a distance and a number of false alarms greater than 0; where points are too "
+        "few to measure a spacing, give mser.independent as a length");
   if (parameters.merge == Merge::kTurning && !(parameters.turning_radius > 0))
     throw StageError("merging by turning needs a radius greater than 0");
   if (parameters.border == Border::kSides && !(parameters.side_radius > 0 && parameters.spacing > 0))

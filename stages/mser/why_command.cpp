@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "pipeline/artifacts/scalar_fields.hpp"
 #include "pipeline/stage/command.hpp"
 #include "stages/common/adjacency.hpp"
 #include "stages/mser/explain_triangle.hpp"
@@ -219,7 +220,7 @@ int run_why(const CommandArguments& arguments, CommandHost& host) {
              centroid.y(), centroid.z());
   const auto value = [&](std::size_t k) { return number(trees->values[static_cast<std::size_t>(corners[k])]); };
   fmt::print("  {} {}, {}, {}{}\n", trees->scalar, value(0), value(1), value(2),
-             trees->unit.empty() ? "" : " " + trees->unit);
+             trees->unit.empty() ? "" : " " + unit_for_people(trees->unit, host.units(config)));
   const std::int32_t region = segmentation->region_of_triangle.at(t), label = segmentation->label_of_triangle.at(t);
   fmt::print("  {}; {}\n", region > 0 ? fmt::format("region {}", region) : "in no region",
              label_words(*segmentation, region, label));

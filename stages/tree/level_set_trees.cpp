@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -31,17 +32,23 @@ double transformed(double value, ScalarTransform transform) {
   }
 }
 
-void refuse_values_that_are_not_finite(const VertexScalar& scalar) {
+void refuse_values_that_are_not_finite(const VertexScalar& scalar, const TriangleMesh& mesh) {
   std::size_t first = scalar.values.size(), count = 0;
   for (std::size_t v = scalar.values.size(); v-- > 0;)
     if (!std::isfinite(scalar.values[v])) {
       first = v;
       ++count;
     }
-  if (count > 0)
-    throw StageError("the scalar '" + scalar.name + "' is not finite at vertex " + std::to_string(first) +
-                     (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
-                     "; mend it, or leave such triangles out with 'nan: exclude'");
+  if (count == 0) return;
+  // A place, since vertices are not counted as in the file they come from.
+  const Eigen::Vector3d place = mesh.positions[first] + mesh.origin;
+  std::ostringstream text;
+  text.precision(9);
+  text << "the scalar '" << scalar.name << "' is not finite at the vertex " << place.x() << ',' << place.y() << ','
+       << place.z();
+  if (count > 1) text << " and " << count - 1 << " more";
+  text << "; mend it, or leave such triangles out with 'nan: exclude'";
+  throw StageError(text.str());
 }
 
 std::vector<Polarity> polarities_of(PolarityChoice choice) {
@@ -92,7 +99,7 @@ LevelSetTreesResult build_level_set_trees(const TriangleMesh& mesh, const Vertex
                      " values, but the mesh has " + std::to_string(mesh.num_vertices()) + " vertices");
   const bool nan_is_error =
       parameters.nan == NanPolicy::kError || (parameters.nan == NanPolicy::kAuto && scalar.is_given);
-  if (nan_is_error) refuse_values_that_are_not_finite(scalar);
+  if (nan_is_error) refuse_values_that_are_not_finite(scalar, mesh);
 
   LevelSetTreesResult result;
   LevelSetTrees& out = result.trees;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -60,8 +61,11 @@ std::vector<double> equal_steps(const Range& range, std::int32_t count) {
 std::vector<double> steps_of(const Range& range, double step) {
   if (!(step > 0)) throw StageError("levels by step need a step greater than 0");
   const double count = std::floor((range.high - range.low) / step) + 1;
-  if (count > 1e6)
-    throw StageError("a step of " + std::to_string(step) + " makes more than a million levels; enlarge it");
+  if (count > 1e6) {
+    std::ostringstream text;
+    text << "a step of " << step << " makes more than a million levels; enlarge it";
+    throw StageError(text.str());
+  }
   std::vector<double> levels;
   for (double k = 0; k < count; ++k) levels.push_back(range.low + k * step);
   return levels;

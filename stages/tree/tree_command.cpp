@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "pipeline/artifacts/scalar_fields.hpp"
 #include "pipeline/formats/output_file.hpp"
 #include "pipeline/formats/ply.hpp"
 #include "pipeline/stage/command.hpp"
@@ -114,7 +115,7 @@ int run_tree(const CommandArguments& arguments, CommandHost& host) {
   file.number("version", 1);
   file.text("polarity", name_of(tree.polarity));
   file.text("scalar", trees->scalar);
-  file.text("unit", trees->unit);
+  file.text("unit", unit_for_people(trees->unit, host.units(arguments.get("CONFIG"))));
   file.list("levels", tree.levels.size(),
             [&](std::size_t k) { return tree.value_of_level(static_cast<std::int32_t>(k) + 1); });
   file.list("parent", tree.num_nodes(), [&](std::size_t n) { return tree.parent_of_node[n]; });
@@ -165,6 +166,7 @@ int run_cut(const CommandArguments& arguments, CommandHost& host) {
                                  tree.polarity == Polarity::kLower ? "below" : "above"));
   const TreeCut cut = cut_tree(tree, level);
   write_mesh(path, *mesh, nullptr, {"component", ValueType::kInt32}, cut.component_of_triangle);
+  fmt::print(stderr, "level {} of {}, {:.9g}\n", level, tree.levels.size(), tree.value_of_level(level));
   fmt::print("component  area\n");
   for (std::size_t i = 0; i < cut.nodes.size(); ++i)
     fmt::print("{:>9}  {:.6g}\n", i + 1, area_of_node(tree, cut.nodes[i]));

@@ -212,6 +212,48 @@ class Arrays(unittest.TestCase):
         self.assertEqual(len(meshmser.extract_borders(surface, regions)), 0)
         self.assertEqual(meshmser.describe_regions(surface, regions, [])["centroid"].shape, (0, 3))
 
+    def test_numbers_are_not_cut(self):
+        positions, triangles, values = terraces()
+        for wrong in (triangles + 2**33, triangles.astype(np.uint64) + 2**63):
+            with self.assertRaisesRegex(ValueError, "32 bits"):
+                meshmser.Surface(positions, wrong)
+        with self.assertRaisesRegex(TypeError, "whole numbers, got float64"):
+            meshmser.Surface(positions, triangles + 0.5)
+        surface = meshmser.Surface(positions, triangles.astype(np.int64))
+        tree = meshmser.build_component_tree(surface, values, levels=LEVELS)
+        with self.assertRaisesRegex(TypeError, "whole numbers, got float64"):
+            meshmser.label_triangles([tree], [[0.7]])
+        with self.assertRaisesRegex(TypeError, "flatnonzero"):
+            meshmser.label_triangles([tree], [tree.area > 20])
+        self.assertEqual(len(meshmser.label_triangles([tree], [np.flatnonzero(tree.area > 20)])), 3)
+        with self.assertRaisesRegex(meshmser.StageError, "label 2147483647"):
+            meshmser.extract_label_borders(surface, [2**31 - 1] + [1] * (len(triangles) - 1))
+        for wrong in ({"min_area": -1}, {"min_persistence": np.nan}):
+            with self.assertRaises(ValueError):
+                tree.simplify(**wrong)
+        with self.assertRaises(ValueError):
+            tree.cut(np.nan)
+
+    def test_contrast(self):
+        positions, triangles, values = terraces()
+        surface = meshmser.Surface(positions, triangles)
+        tree = meshmser.build_component_tree(surface, values, levels=LEVELS)
+        regions = meshmser.label_triangles([tree], [meshmser.select_mser(surface, tree)])
+        self.assertNotIn("contrast", meshmser.describe_regions(surface, regions, values))
+        contrast = meshmser.describe_regions(surface, regions, values, band=0.1)["contrast"]
+        # The step between the two rows of triangles at the border, area-weighted.
+        means = values[triangles].mean(axis=1)
+        for region, node in enumerate(regions.node):
+            inside = (tree.node_of_triangle <= node) & (tree.node_of_triangle >= tree.first_node_of_subtree[node])
+            rows = [set(), set()]
+            for h in np.flatnonzero(np.repeat(inside, 3)):
+                twin = surface.twins[h]
+                if twin >= 0 and not inside[twin // 3]:
+                    rows[0].add(h // 3)
+                    rows[1].add(twin // 3)
+            step = [np.average(means[list(r)], weights=surface.areas[list(r)]) for r in rows]
+            self.assertAlmostEqual(contrast[region], step[0] - step[1], places=6)
+
     def test_errors(self):
         positions, triangles, values = terraces()
         for error in ("UsageError", "ConfigError", "InputError", "StageError", "CacheError", "Cancelled"):
@@ -225,7 +267,8 @@ class Arrays(unittest.TestCase):
         surface = meshmser.Surface(positions, triangles)
         with self.assertRaisesRegex(ValueError, "624 entries; the mesh has 625 vertices"):
             meshmser.build_component_tree(surface, values[1:])
-        for wrong in ({"polarity": "up"}, {"levels": 1}, {"range": (0.5, 0.5)}):
+        for wrong in ({"polarity": "up"}, {"levels": 1}, {"levels": 10**9}, {"levels": 2**40}, {"levels": 64.0},
+                      {"range": (0.5, 0.5)}):
             with self.assertRaises(ValueError):
                 meshmser.build_component_tree(surface, values, **wrong)
         tree = meshmser.build_component_tree(surface, values)

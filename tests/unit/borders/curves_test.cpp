@@ -219,5 +219,26 @@ TEST(SmoothCurves, HolesStay) {
   for (const std::size_t moved : {1u, 2u}) EXPECT_NE(smooth.points[moved], curve.points[moved]);
 }
 
+TEST(InterpolateBorders, RefusesAHubOfTooManyTriangles) {
+  // A fan whose rim values alternate: each of n / 4 regions has a curve through all triangles around the hub.
+  constexpr std::int32_t kAround = 8000;
+  std::vector<Eigen::Vector3d> positions{{0, 0, 0}};
+  std::vector<double> values{2};
+  Triangles triangles;
+  for (std::int32_t i = 0; i < kAround; ++i) {
+    positions.emplace_back(std::cos(2 * M_PI * i / kAround), std::sin(2 * M_PI * i / kAround), 0);
+    values.push_back(i % 4 < 2 ? 1 : 0);
+    triangles.push_back({0, i + 1, i + 1 == kAround ? 1 : i + 2});
+  }
+  Case c;
+  try {
+    build(positions, triangles, values, {-std::numeric_limits<double>::infinity(), 0.5}, Polarity::kUpper, c);
+    FAIL() << c.curves.points.size() << " points";
+  } catch (const StageError& e) {
+    EXPECT_NE(std::string(e.what()).find("8000 triangles meet at one vertex"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("borders.interpolate"), std::string::npos) << e.what();
+  }
+}
+
 }  // namespace
 }  // namespace meshmser

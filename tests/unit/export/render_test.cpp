@@ -5,6 +5,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "pipeline/artifacts/scalar_fields.hpp"
+
 namespace meshmser {
 namespace {
 

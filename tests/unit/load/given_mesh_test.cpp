@@ -128,7 +128,8 @@ TEST(GivenMesh, NonManifoldEdgesAreNamed) {
 
 TEST(GivenMesh, InconsistentEdgesAreNamed) {
   EXPECT_EQ(message_of(mesh_of(kCube, {{0, 3, 2}, {0, 1, 2}})),
-            "mesh.off: 1 inconsistently oriented edge: vertices 0 and 2 (faces 0 1); its two triangles must turn the "
+            "mesh.off: 1 inconsistently oriented edge: vertices 0 and 2 (faces 0 1); the two triangles of an edge must "
+            "turn the "
             "same way; mend the "
             "mesh, or set 'repair: split' or 'repair: drop'");
 }

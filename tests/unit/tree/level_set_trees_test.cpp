@@ -156,7 +156,7 @@ TEST(BuildLevelSetTrees, NanIsAnErrorInAGivenScalarAndLeftOutOfAMeasuredOne) {
   EXPECT_EQ(build_level_set_trees(mesh, scalar, {}).exclusion.num_nan, 9);
   scalar.is_given = true;
   EXPECT_THAT(message_of([&] { build_level_set_trees(mesh, scalar, {}); }),
-              HasSubstr("the scalar 'quality' is not finite at vertex 7 and 1 more"));
+              HasSubstr("the scalar 'quality' is not finite at the vertex 2,1,0 and 1 more; mend it"));
   LevelSetTreesParameters exclude;
   exclude.nan = NanPolicy::kExclude;
   EXPECT_EQ(build_level_set_trees(mesh, scalar, exclude).exclusion.num_nan, 9);
