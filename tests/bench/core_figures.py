@@ -2,7 +2,7 @@
 """Measures the core (adjacency, levels, tree, selection, labels, borders, cleaning, memory, cache) and prints the tables
 of docs/performance.md.
 
-  core_figures.py FOLDER_OF_PROGRAMS [--write docs/performance.md] [--repetitions 5] [--cpu] [--large]
+  core_figures.py FOLDER_OF_PROGRAMS [--write docs/performance.md] [--repetitions 3] [--cpu] [--large]
 
 --write puts them between the marks of that file. --cpu takes processor time in place of the clock on the wall: for one
 thread only, where other programs run at the same time. --large adds 4 and 40 million triangles.
@@ -18,13 +18,17 @@ MARKS = ("<!-- core: begin -->", "<!-- core: end -->")
 
 
 def measure(folder, pattern, repetitions, cpu, environment=None):
-    """ns a triangle by name of the benchmark: the least of the repetitions, which other programs disturbed least."""
+    """ns a triangle by name of the benchmark: the least of the repetitions in two rounds, which other programs disturbed
+    least."""
     command = [folder / "tree_bench", f"--benchmark_filter={pattern}", f"--benchmark_repetitions={repetitions}",
                "--benchmark_min_time=0.1", "--benchmark_format=json"]
-    text = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                          env=environment).stdout
+    runs = []
+    for _ in range(2):
+        text = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                              env=environment).stdout
+        runs += json.loads(text)["benchmarks"]
     found = {}
-    for run in json.loads(text)["benchmarks"]:
+    for run in runs:
         if run["run_type"] != "iteration":
             continue
         name = run["run_name"].removesuffix("/real_time")
@@ -82,7 +86,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--write", type=pathlib.Path)
-    parser.add_argument("--repetitions", type=int, default=5)
+    parser.add_argument("--repetitions", type=int, default=3)
     parser.add_argument("--cpu", action="store_true")
     parser.add_argument("--large", action="store_true")
     options = parser.parse_args()
@@ -92,7 +96,7 @@ def main():
     if options.large:
         # Without attributes and shapes, which would take as long as all others.
         core = "adjacency|quantise|tree/|tree_plain|tree_every_value|select|borders|whole|contrasts|cleaning"
-        large = measure(options.folder, f"^({core}).*/4M/field", min(2, options.repetitions), options.cpu)
+        large = measure(options.folder, f"^({core}).*/4M/field", 1, options.cpu)
         lines += core_table(large, "4M", options.cpu) + [""]
 
     nested = measure(options.folder, "borders_nested", options.repetitions, options.cpu)
