@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -52,7 +53,8 @@ constexpr std::int32_t kFewLevels = 1 << 14;
 
 /// What the flood leaves: the queue array, in which the own triangles of every node stand side by side.
 struct Flooded {
-  std::vector<std::int32_t> queue;  ///< the triangles of level 1 and above, and a place of none behind each level's
+  std::unique_ptr<std::int32_t[]>
+      queue;  ///< the triangles of level 1 and above, and a place of none behind each level's
   std::vector<std::int32_t> first_of_node;  ///< #N: place in the queue of a node's first own triangle
   std::vector<std::int32_t> end_of_node;    ///< #N
   std::size_t num_triangles = 0;            ///< of level 1 and above
@@ -77,8 +79,7 @@ class Flood {
       segments_[level] = {sum, sum};
       sum += (level == 0 ? 0 : num_of_level[level]) + 1;  // level 0 never waits
     }
-    reserve_on_large_pages(flooded_.queue, static_cast<std::size_t>(sum));
-    flooded_.queue.resize(static_cast<std::size_t>(sum));
+    flooded_.queue = make_on_large_pages<std::int32_t>(static_cast<std::size_t>(sum));
   }
 
   Flooded run(const Execution& execution) {
@@ -92,9 +93,8 @@ class Flood {
   std::vector<std::int32_t> take_triangles(std::span<const std::int32_t> twins, std::span<const std::int32_t> levels,
                                            std::int32_t num_levels, const Execution& execution) {
     const std::size_t n = levels.size();
-    reserve_on_large_pages(triangles_, n + 1);
-    triangles_.resize(n + 1);
-    const auto nobody = static_cast<std::uint32_t>(n);
+    triangles_ = make_on_large_pages<FloodTriangle>(n + 1);
+    const auto nobody = nobody_ = static_cast<std::uint32_t>(n);
     triangles_[n] = {{nobody, nobody, nobody}, 0};
     std::vector<std::int32_t> num_of_level(static_cast<std::size_t>(num_levels) + 1, 0);
     const auto limit = static_cast<std::uint32_t>(num_levels);
@@ -223,8 +223,8 @@ class Flood {
   /// across two edges is met by the first. The list keeps the other levels' segments out of the loop.
   std::int32_t take_many(std::int32_t current) {
     Segment& segment = segments_[static_cast<std::size_t>(current)];
-    std::int32_t* const queue = flooded_.queue.data();
-    FloodTriangle* const triangles = triangles_.data();
+    std::int32_t* const queue = flooded_.queue.get();
+    FloodTriangle* const triangles = triangles_.get();
     Met* const lower = lower_.data();
     std::int32_t head = segment.head, tail = segment.tail;
     std::size_t num_lower = 0;
@@ -256,7 +256,7 @@ class Flood {
   /// The same for few triangles a level: those met before are put too, at level 0, whose one place is overwritten.
   std::int32_t take_few(std::int32_t current) {
     Segment& segment = segments_[static_cast<std::size_t>(current)];
-    const auto nobody = static_cast<std::uint32_t>(triangles_.size() - 1);
+    const std::uint32_t nobody = nobody_;
     std::int32_t highest = current;
     const auto meet = [&](std::uint32_t neighbour) {
       const std::int32_t level = std::exchange(triangles_[neighbour].unmet, 0);
@@ -274,9 +274,10 @@ class Flood {
     return highest;
   }
 
-  std::vector<FloodTriangle> triangles_;  ///< #F + 1; the last stands for no triangle
-  std::vector<Segment> segments_;         ///< a level
-  LevelBitmap waiting_;                   ///< levels whose segments hold triangles, or the current one
+  std::unique_ptr<FloodTriangle[]> triangles_;  ///< #F + 1; the last, nobody_, stands for no triangle
+  std::uint32_t nobody_ = 0;
+  std::vector<Segment> segments_;  ///< a level
+  LevelBitmap waiting_;            ///< levels whose segments hold triangles, or the current one
   std::vector<OpenNode> open_;
   std::array<Met, kMostLower + 3> lower_;  ///< room of `take_many`
   bool few_a_level_ = false;
@@ -397,14 +398,15 @@ void give_triangles_nodes(const Flooded& flooded, std::size_t num_triangles, Com
     size += flooded.end_of_node[i] - flooded.first_of_node[i];
   }
   first_node_of_chunk.push_back(n);
+  const std::int32_t* const queue = flooded.queue.get();
+  std::int32_t* const node_of = tree.node_of_triangle.data();
   parallel_chunks(static_cast<std::int64_t>(first_node_of_chunk.size()) - 1, 1, "", execution,
                   [&](std::int64_t chunk, std::int64_t) {
                     const auto c = static_cast<std::size_t>(chunk);
                     for (std::int32_t node = first_node_of_chunk[c]; node < first_node_of_chunk[c + 1]; ++node) {
                       const std::int32_t end = flooded.end_of_node[static_cast<std::size_t>(node)];
                       for (std::int32_t i = flooded.first_of_node[static_cast<std::size_t>(node)]; i < end; ++i)
-                        tree.node_of_triangle[static_cast<std::size_t>(flooded.queue[static_cast<std::size_t>(i)])] =
-                            node;
+                        node_of[queue[i]] = node;
                     }
                   });
 }
