@@ -88,15 +88,6 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
   std::vector<std::int32_t>& patch_of_triangle = patches.patch_of_triangle;
   reserve_on_large_pages(patch_of_triangle, num_triangles);
   patch_of_triangle.resize(num_triangles);
-  // Triangles of a patch mostly follow one another: what they add up to is put back when the next patch begins.
-  std::int32_t at_hand = 0;
-  std::int64_t num_at_hand = 0;
-  double greatest_at_hand = 0;
-  const auto put_back = [&] {
-    Found& patch = found[static_cast<std::size_t>(at_hand) - 1];
-    patch.num_triangles += num_at_hand;
-    patch.greatest_area = std::max(patch.greatest_area, greatest_at_hand);
-  };
   for (std::size_t t = 0; t < num_triangles; ++t) {
     const std::int32_t number = number_of_triangle[t];
     if (number == 0 && !options.background) continue;
@@ -110,34 +101,16 @@ Patches split_patches(std::span<const std::int32_t> twins, std::span<const std::
       patch_of_first = static_cast<std::int32_t>(found.size());
     }
     patch_of_triangle[t] = patch_of_first;
-    if (patch_of_first != at_hand) {
-      if (at_hand != 0) put_back();
-      at_hand = patch_of_first;
-      num_at_hand = 0;
-      greatest_at_hand = 0;
-    }
-    ++num_at_hand;
-    greatest_at_hand = std::max(greatest_at_hand, areas[t]);
+    Found& patch = found[static_cast<std::size_t>(patch_of_first) - 1];
+    ++patch.num_triangles;
+    patch.greatest_area = std::max(patch.greatest_area, areas[t]);
   }
-  if (at_hand != 0) put_back();
   for (Found& patch : found) patch.exponent = area_exponent(patch.num_triangles, patch.greatest_area);
-  at_hand = 0;
-  std::int32_t exponent = 0;
-  std::int64_t area = 0;
-  Found nothing;
-  const auto found_at = [&](std::int32_t patch) -> Found& {
-    return patch == 0 ? nothing : found[static_cast<std::size_t>(patch) - 1];
-  };
-  for (std::size_t t = 0; t < num_triangles; ++t) {
-    if (patch_of_triangle[t] != at_hand) {
-      found_at(at_hand).area += area;
-      at_hand = patch_of_triangle[t];
-      exponent = found_at(at_hand).exponent;
-      area = 0;
+  for (std::size_t t = 0; t < num_triangles; ++t)
+    if (patch_of_triangle[t] != 0) {
+      Found& patch = found[static_cast<std::size_t>(patch_of_triangle[t]) - 1];
+      patch.area += area_in_units(areas[t], patch.exponent);
     }
-    if (at_hand != 0) area += area_in_units(areas[t], exponent);
-  }
-  found_at(at_hand).area += area;
 
   std::vector<std::int32_t> order(found.size());
   std::iota(order.begin(), order.end(), 0);
