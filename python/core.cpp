@@ -19,6 +19,7 @@
 #include "stages/mser/describe_regions.hpp"
 #include "stages/mser/grow.hpp"
 #include "stages/mser/label_triangles.hpp"
+#include "stages/mser/segment.hpp"
 #include "stages/mser/select_mser.hpp"
 #include "stages/mser/stability.hpp"
 #include "stages/tree/component_tree.hpp"
@@ -260,12 +261,11 @@ py::dict attributes(const Surface& surface, const Regions& regions, const Array<
     const std::vector<double> means = triangle_means(view, values, execution);
     for (std::size_t i = 0; i < selections.size(); ++i) {
       const std::vector<std::int32_t>& nodes = selections[i].selected;
-      const std::vector<double> contrasts =
-          border_contrasts(view, regions.trees[i], nodes, means, surface.areas, *band, execution);
+      const Contrasts contrasts{
+          nodes, border_contrasts(view, regions.trees[i], nodes, means, surface.areas, *band, execution)};
       for (std::size_t r = 0; r < described.size(); ++r)
         if (regions.regions[r].tree == static_cast<std::int32_t>(i))
-          described[r].contrast = contrasts[static_cast<std::size_t>(
-              std::lower_bound(nodes.begin(), nodes.end(), regions.regions[r].node) - nodes.begin())];
+          described[r].contrast = contrasts.of(regions.regions[r].node);
     }
     return described;
   }));

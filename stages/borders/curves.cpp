@@ -26,8 +26,7 @@ constexpr std::int64_t kPointsPerEdge = 64, kMorePoints = std::int64_t{1} << 22;
   throw StageError("interpolated borders would have more than " + std::to_string(most) +
                    " points: " + std::to_string(hub) +
                    " triangles meet at one vertex, and the curve of every region there runs through those outside it; "
-                   "set borders.interpolate to "
-                   "false, or leave small regions out (mser.min_area)");
+                   "set borders.interpolate to false, or leave small regions out (mser.min_area)");
 }
 
 struct Point {

@@ -1,5 +1,4 @@
 #include "pipeline/stage/stage.hpp"
-#include "pipeline/artifacts/scalar_fields.hpp"
 
 #include <fmt/format.h>
 

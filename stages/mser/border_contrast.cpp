@@ -6,7 +6,6 @@
 #include <memory>
 #include <mutex>
 
-#include "stages/common/adjacency.hpp"
 #include "stages/common/gather_by_owner.hpp"
 #include "stages/common/large_pages.hpp"
 #include "stages/common/owned_edges.hpp"

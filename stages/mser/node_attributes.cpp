@@ -12,7 +12,6 @@
 #include "stages/common/adjacency.hpp"
 #include "stages/common/least_eigen.hpp"
 #include "stages/common/tree_nodes.hpp"
-#include "stages/mser/filters.hpp"
 #include "stages/mser/stability.hpp"
 
 namespace meshmser {
